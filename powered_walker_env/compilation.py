@@ -1,0 +1,69 @@
+"""The `kernel` decorator: numba, cached on disk, never stale.
+
+Numba looks only at a function's own file to decide whether its cached machine code is
+current, so an edit of a formula in one file would leave its callers in others with the
+old one. Here the cache lives in a folder named after a hash of the sources that are compiled. Set
+NUMBA_CACHE_DIR to choose a folder yourself.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+
+_PACKAGE = Path(__file__).parent
+_CONSTANTS = ("phases.py",)  # compiled in, though nothing in it is a kernel
+
+
+def _sources_hash() -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        source = path.read_bytes()
+        if path.name in _CONSTANTS or b"powered_walker_env.compilation" in source:
+            digest.update(source)
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def _cache_folder() -> str:
+    """The folder for this version of the sources, or "" for numba's own choice."""
+    if numba.config.CACHE_DIR:
+        return ""
+    parent = _PACKAGE / "__pycache__"
+    folder = parent / f"kernels-{_sources_hash()}"
+    try:
+        if not folder.is_dir():
+            for old in parent.glob("kernels-*"):
+                shutil.rmtree(old, ignore_errors=True)
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return ""  # read-only installation: nobody edits it
+    return str(folder) if os.access(folder, os.W_OK) else ""
+
+
+def _compile(function: Callable[..., Any], **options: Any) -> Any:
+    """`numba.njit` with the cache in our folder; numba picks the folder as it decorates."""
+    chosen = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = chosen or _cache_folder()
+    try:
+        # numpy's error model: a division by zero gives inf, not an exception.
+        return numba.njit(cache=True, error_model="numpy", **options)(function)
+    finally:
+        numba.config.CACHE_DIR = chosen
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function of the inner loop."""
+    return _compile(function)
+
+
+def threaded_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that runs without the interpreter's lock."""
+    return _compile(function, nogil=True)

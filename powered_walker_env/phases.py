@@ -1,0 +1,183 @@
+"""The walkers as lists of phases: read this first.
+
+A stride runs from just after one heel strike to just after the next (Camp 1997,
+section 3). It is a list of phases; each says which joints are free, which torque
+acts, and how it can end: a guard (an event), the reset applied there, and what
+follows (another phase by name, or the outcome of the stride). A different walker is
+another list here, not another simulator: the compiled kernel (`kernel.py`) takes the
+encoded list as an argument and is compiled once for each shape of list.
+
+"Stride" means one step of one leg, as in McGeer and Camp; in biomechanics a stride
+is two steps.
+"""
+
+from __future__ import annotations
+
+import functools
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class Joints(IntEnum):
+    """Which joints move freely; the hip always does."""
+
+    ANKLE_LOCKED = 0
+    ANKLE_FREE = 1
+
+
+class Torque(IntEnum):
+    """Which torque acts at the stance ankle."""
+
+    NONE = 0
+    MOTOR = 1
+
+
+class Guard(IntEnum):
+    """The event that ends a phase (`physics/ground.py`); falls are watched in every phase."""
+
+    NEVER = 0
+    SWITCH_ANGLE = 1
+    LANDING = 2
+
+
+class Reset(IntEnum):
+    """What happens to the state at the event."""
+
+    CONTINUE = 0
+    HEEL_STRIKE = 1
+
+
+class Outcome(IntEnum):
+    """How a stride ended. Only `WALKED` leaves a post-strike state."""
+
+    WALKED = 0
+    FELL_FORWARD = 1
+    FELL_BACKWARD = 2
+    SWING_LEG_HORIZONTAL = 3
+    HIP_BELOW_FLOOR = 4
+    FOOT_ROLLED_OVER = 5
+    FOOT_FELL_BACK = 6
+    NO_SWITCH = 7
+    NO_LANDING = 8
+    NOT_FINITE = 9
+    STEP_LIMIT = 10
+
+    @property
+    def description(self) -> str:
+        """One sentence: what happened, and what usually helps."""
+        return _DESCRIPTIONS[self]
+
+    @property
+    def label(self) -> str:
+        """The name in plain words, as tables print it."""
+        return self.name.lower().replace("_", " ")
+
+
+_DESCRIPTIONS = {
+    Outcome.WALKED: "The swing foot landed ahead of the stance foot: a heel strike.",
+    Outcome.FELL_FORWARD: "The stance leg reached the horizontal forwards; less torque or a "
+    "later switch slows the walker.",
+    Outcome.FELL_BACKWARD: "The stance leg fell back to the horizontal; it needs more speed, "
+    "torque or slope to pass over its foot.",
+    Outcome.SWING_LEG_HORIZONTAL: "The swing leg reached the horizontal before it landed.",
+    Outcome.HIP_BELOW_FLOOR: "The hip came down to the floor.",
+    Outcome.FOOT_ROLLED_OVER: "The stance ankle passed over the foot and down in front of it; "
+    "the stall torque is too large or the switch too early.",
+    Outcome.FOOT_FELL_BACK: "The stance foot fell back past its stop and under itself; the "
+    "stall torque is too small to hold it.",
+    Outcome.NO_SWITCH: "The foot landed before the hip reached the switch angle; raise "
+    "switch_angle so that the motor starts earlier.",
+    Outcome.NO_LANDING: "The swing foot did not land within 20 sqrt(L/g).",
+    Outcome.NOT_FINITE: "The state stopped being finite; look at the start and the parameters.",
+    Outcome.STEP_LIMIT: "The integrator used up its steps: the motion is too fast for its "
+    "tolerance; loosen rtol or look at the parameters.",
+}
+
+
+class Exit(NamedTuple):
+    """One way out of a phase; `to` names the next phase or is the stride's outcome."""
+
+    guard: Guard
+    reset: Reset
+    to: str | Outcome
+
+
+class Phase(NamedTuple):
+    """One smooth piece of a stride."""
+
+    name: str
+    joints: Joints
+    torque: Torque
+    exits: tuple[Exit, ...]
+
+
+Cycle = tuple[Phase, ...]
+
+#: Camp's walker: a passive swing, then a constant voltage extends the stance foot.
+POWERED_WALKER: Cycle = (
+    Phase(
+        "swing",
+        Joints.ANKLE_LOCKED,
+        Torque.NONE,
+        (
+            Exit(Guard.SWITCH_ANGLE, Reset.CONTINUE, "powered"),
+            Exit(Guard.LANDING, Reset.CONTINUE, Outcome.NO_SWITCH),
+        ),
+    ),
+    Phase(
+        "powered",
+        Joints.ANKLE_FREE,
+        Torque.MOTOR,
+        (Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED),),
+    ),
+)
+
+#: McGeer's walker: the foot stays locked for the whole stride; a slope powers it.
+PASSIVE_WALKER: Cycle = (
+    Phase(
+        "swing",
+        Joints.ANKLE_LOCKED,
+        Torque.NONE,
+        (Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED),),
+    ),
+)
+
+MAX_EXITS = 2  # exits of one phase; the encoding pads shorter lists with Guard.NEVER
+EncodedCycle = tuple[tuple[int, ...], ...]
+
+
+@functools.cache
+def encode(cycle: Cycle) -> EncodedCycle:
+    """The list as nested integers for the kernel.
+
+    Each phase becomes (joints, torque, guard, reset, to, guard, reset, to, ...), where
+    `to` is the index of the next phase, or −1 − outcome.
+
+    Raises:
+        ValueError: a phase has too many exits or names a phase that is not in the list.
+    """
+    names = [phase.name for phase in cycle]
+    if len(set(names)) != len(names):
+        raise ValueError(f"the phases of a cycle need different names, got {names}")
+    return tuple(_encode_phase(phase, names) for phase in cycle)
+
+
+def _encode_phase(phase: Phase, names: list[str]) -> tuple[int, ...]:
+    if not 1 <= len(phase.exits) <= MAX_EXITS:
+        raise ValueError(
+            f"phase {phase.name!r} must have 1 to {MAX_EXITS} exits, got {len(phase.exits)}; "
+            "raise MAX_EXITS for more"
+        )
+    codes = [int(phase.joints), int(phase.torque)]
+    for guard, reset, to in phase.exits:
+        codes += [int(guard), int(reset), _encode_target(to, names)]
+    padding = [int(Guard.NEVER), int(Reset.CONTINUE), -1 - int(Outcome.STEP_LIMIT)]
+    return tuple(codes + padding * (MAX_EXITS - len(phase.exits)))
+
+
+def _encode_target(to: str | Outcome, names: list[str]) -> int:
+    if isinstance(to, Outcome):
+        return -1 - int(to)
+    if to not in names:
+        raise ValueError(f"an exit must lead to a phase of the list {names}, got {to!r}")
+    return names.index(to)

@@ -1,0 +1,77 @@
+"""Heel strike: legs swap, two angular momenta kept (Camp 1997, section 3).
+
+A plastic collision without slip: the old foot leaves the floor and is retracted at
+once (it is massless). Kept are the angular momentum of the whole walker about the new
+contact point, and of the trailing leg about the hip.
+
+The listing (`as_published`) departs from this text twice:
+1. `mom.m` puts the new contact point at −L sin β instead of +L sin β (AutoLev input
+   `p_sank_h> = L*b1>`): for a symmetric step on the old contact;
+2. `pow_jump.m` solves with the mass matrix of the configuration *before* the strike.
+"""
+
+from __future__ import annotations
+
+import math
+
+from powered_walker_env.compilation import kernel
+from powered_walker_env.physics.ground import swing_foot
+from powered_walker_env.physics.swing import inner, mass_matrix, vectors
+
+
+@kernel
+def new_contact(phi, alpha, beta, c):
+    """The new contact point from the old one, m (up + i·forward)."""
+    point = swing_foot(phi, alpha, beta, c)
+    if c.as_published:
+        point -= complex(0.0, 2.0 * c.L * math.sin(beta))  # departure 1
+    return point
+
+
+@kernel
+def momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c):
+    """Angular momenta just before: the walker's about the new contact, the trailing leg's
+    about the hip, kg m²/s."""
+    foot, A, H, B = vectors(phi, alpha, beta, c)
+    P = c.R + foot
+    contact = new_contact(phi, alpha, beta, c)
+    velocity_A = P * dphi + A * dalpha  # divided by i, as in swing.py
+    velocity_B = P * dphi + H * dalpha + B * dbeta
+    spin = c.I * (dalpha + dbeta)
+    walker = inner(P + A - contact, velocity_A) + inner(P + H + B - contact, velocity_B)
+    trailing_leg = c.I * dalpha + c.M * inner(A - H, velocity_A)
+    return spin + c.M * walker, trailing_leg
+
+
+@kernel
+def momentum_matrix(phi, alpha, beta, c):
+    """The same momenta in a locked configuration as a 2×2 matrix times (α', β').
+
+    The walker's row is the sum of all rows of the mass matrix, the swing leg's its β
+    row, with φ' = α'.
+    """
+    foot, A, H, B = vectors(phi, alpha, beta, c)
+    m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
+    coupling = m13 + m23
+    return m11 + 2.0 * m12 + m22 + coupling, coupling + m33, coupling, m33
+
+
+@kernel
+def swapped(beta, alpha, c):
+    """(φ, α, β) after the strike: the swing leg stands, the stance leg swings."""
+    return beta - math.pi - c.lock, beta - math.pi, alpha + math.pi
+
+
+@kernel
+def heel_strike(phi, alpha, beta, dphi, dalpha, dbeta, c):
+    """The state (φ, α, β, φ', α', β') just after the strike, from the state just before."""
+    walker, trailing_leg = momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c)
+    new_phi, new_alpha, new_beta = swapped(beta, alpha, c)
+    if c.as_published:
+        a11, a12, a21, a22 = momentum_matrix(phi, alpha, beta, c)  # departure 2
+    else:
+        a11, a12, a21, a22 = momentum_matrix(new_phi, new_alpha, new_beta, c)
+    determinant = a11 * a22 - a12 * a21
+    new_dalpha = (walker * a22 - a12 * trailing_leg) / determinant
+    new_dbeta = (a11 * trailing_leg - a21 * walker) / determinant
+    return new_phi, new_alpha, new_beta, new_dalpha, new_dalpha, new_dbeta
