@@ -1,0 +1,288 @@
+"""One stride, or many at once: from just after heel strike to just after the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powered_walker_env import kernel
+from powered_walker_env.params import (
+    Control,
+    PostStrikeState,
+    WalkerParams,
+    check_state,
+    check_walkable,
+)
+from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
+from powered_walker_env.physics.constants import pack
+from powered_walker_env.threads import run_in_slices
+
+TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
+PASSIVE_CONTROL = (math.pi, 0.0)  # never looked at: a passive walker has no switch
+
+Array = NDArray[np.float64]
+
+
+class Final(NamedTuple):
+    """The walker where a stride ended, before any heel strike; relative angles."""
+
+    q: tuple[float, float, float]  # rad: foot to vertical, ankle, hip
+    u: tuple[float, float, float]  # rad/s
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride and how it ended."""
+
+    state: PostStrikeState  # after the heel strike; NaN after a fall
+    final: Final  # at the end, whatever happened
+    outcome: Outcome
+    duration: float  # s
+    step_length: float  # m, travel of the contact point (rolling included); 0 after a fall
+    energy_in: float  # J, net work of the motor
+    positive_work: float  # J, its positive part: what the motor's battery gives
+    energy_lost: float  # J, at the heel strike
+    min_clearance: float  # m, lowest of the swing foot once the legs have passed, its ground
+    # at 0: 0 is a clean step, less is scuffing; NaN if they did not pass
+
+
+@dataclass(frozen=True, eq=False)
+class StrideBatch:
+    """N strides as arrays; the fields are those of `Stride`."""
+
+    state: Array  # (N, 4)
+    final_q: Array  # (N, 3)
+    final_u: Array  # (N, 3)
+    outcome: NDArray[np.int64]  # (N,), values of `Outcome`
+    results: Array = field(repr=False)  # (N, kernel.RESULTS): the kernel's rows
+
+    @property
+    def walked(self) -> NDArray[np.bool_]:
+        """(N,) which strides ended in a heel strike."""
+        return self.outcome == int(Outcome.WALKED)
+
+    @property
+    def duration(self) -> Array:
+        """(N,) s."""
+        return self.results[:, kernel.DURATION]
+
+    @property
+    def step_length(self) -> Array:
+        """(N,) m."""
+        return self.results[:, kernel.STEP_LENGTH]
+
+    @property
+    def energy_in(self) -> Array:
+        """(N,) J."""
+        return self.results[:, kernel.ENERGY_IN]
+
+    @property
+    def positive_work(self) -> Array:
+        """(N,) J."""
+        return self.results[:, kernel.POSITIVE_WORK]
+
+    @property
+    def energy_lost(self) -> Array:
+        """(N,) J."""
+        return self.results[:, kernel.ENERGY_LOST]
+
+    @property
+    def min_clearance(self) -> Array:
+        """(N,) m."""
+        return self.results[:, kernel.MIN_CLEARANCE]
+
+
+def stride(
+    state: PostStrikeState | Sequence[float],
+    control: Control | None,
+    params: WalkerParams,
+    *,
+    step_height: float = 0.0,
+    rtol: float = 1e-9,
+) -> Stride:
+    """Walk one stride.
+
+    Args:
+        state: post-strike state (α, s, α', β'), rad and rad/s.
+        control: switch angle and stall torque; None for a passive walker, whose foot
+            stays locked.
+        params: the walker.
+        step_height: m, height of the ground ahead over the ground under the stance foot.
+        rtol: accuracy asked of the post-strike state, 1e-13 to 1e-3.
+
+    Returns:
+        The stride. A fall is an outcome, not an exception.
+
+    Raises:
+        ValueError: a state that is not finite, a walker that cannot be powered, a
+            tolerance out of bounds; TypeError: an argument of the wrong type.
+    """
+    checked = check_state(state)
+    check_walkable(params, control)
+    angles = PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
+    results, outcomes = _run(
+        cycle_of(control),
+        np.array([checked]),
+        np.array([angles]),
+        pack(params)[np.newaxis],
+        _heights(step_height, 1),
+        check_rtol(rtol),
+    )
+    return _stride_of(results[0], Outcome(int(outcomes[0])))
+
+
+def stride_batch(
+    states: ArrayLike,
+    controls: ArrayLike | None,
+    params: WalkerParams | Sequence[WalkerParams],
+    *,
+    step_height: ArrayLike = 0.0,
+    rtol: float = 1e-9,
+) -> StrideBatch:
+    """N strides at once, on all cores; each bit-equal to the same call of `stride`.
+
+    Args:
+        states: (N, 4) post-strike states, rad and rad/s.
+        controls: (N, 2) or (2,) switch angles (rad) and stall torques (N m); None for
+            passive walkers.
+        params: one walker, or N of them.
+        step_height: m, one height or N of them.
+        rtol: as in `stride`.
+
+    Raises:
+        ValueError: wrong shapes, or a value out of its domain, naming the row.
+    """
+    start = _matrix("states", states, 4)
+    count = len(start)
+    walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
+    if len(walkers) not in (1, count):
+        raise ValueError(f"params must be one walker or {count}, got {len(walkers)}")
+    some_control = None if controls is None else Control(1.0, 0.0)
+    for walker in walkers:
+        check_walkable(walker, some_control)
+    rows = np.array([pack(walker) for walker in walkers])
+    results, outcomes = _run(
+        cycle_of(some_control),
+        start,
+        _controls(controls, count),
+        rows,
+        _heights(step_height, count),
+        check_rtol(rtol),
+    )
+    return batch_of(results, outcomes)
+
+
+def run_batch(
+    cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
+) -> StrideBatch:
+    """`stride_batch` on arrays that are known to be good (rows: packed walkers, N or 1)."""
+    return batch_of(*_run(cycle, states, controls, rows, heights, rtol))
+
+
+def batch_of(results: Array, outcomes: NDArray[np.int64]) -> StrideBatch:
+    """The kernel's rows as a `StrideBatch`."""
+    final = results[:, kernel.FINAL]
+    return StrideBatch(
+        results[:, kernel.STATE], relative(final[:, :3]), relative(final[:, 3:]), outcomes, results
+    )
+
+
+def relative(absolute: Array) -> Array:
+    """Relative angles (or rates) from absolute ones: (φ, α, β) to (q1, q2, q3), (..., 3)."""
+    return np.concatenate([absolute[..., :1], np.diff(absolute, axis=-1)], axis=-1)
+
+
+def cycle_of(control: Control | None) -> Cycle:
+    """The phases that a control means."""
+    return PASSIVE_WALKER if control is None else POWERED_WALKER
+
+
+def check_rtol(rtol: float) -> float:
+    """The tolerance as a float.
+
+    Raises:
+        ValueError: outside 1e-13 to 1e-3.
+    """
+    if not TIGHTEST <= rtol <= LOOSEST:
+        raise ValueError(f"rtol must lie in [{TIGHTEST}, {LOOSEST}], got {rtol!r}")
+    return float(rtol)
+
+
+def _run(
+    cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
+) -> tuple[Array, NDArray[np.int64]]:
+    count = len(states)
+    results = np.empty((count, kernel.RESULTS))
+    outcomes = np.empty(count, np.int64)
+    code = encode(cycle)
+
+    def work(part: slice) -> None:
+        kernel.run_strides(
+            code,
+            states[part],
+            controls[part],
+            rows if len(rows) == 1 else rows[part],
+            heights if len(heights) == 1 else heights[part],
+            rtol,
+            results[part],
+            outcomes[part],
+        )
+
+    run_in_slices(work, count)
+    return results, outcomes
+
+
+def _stride_of(row: Array, outcome: Outcome) -> Stride:
+    values = row.tolist()
+    phi, alpha, beta, dphi, dalpha, dbeta = values[kernel.FINAL]
+    return Stride(
+        PostStrikeState(*values[kernel.STATE]),
+        Final((phi, alpha - phi, beta - alpha), (dphi, dalpha - dphi, dbeta - dalpha)),
+        outcome,
+        *values[kernel.DURATION : kernel.LOGGED],
+    )
+
+
+def _matrix(name: str, values: ArrayLike, columns: int) -> Array:
+    """`values` as a contiguous (N, columns) array of finite floats."""
+    matrix = np.ascontiguousarray(values, dtype=np.float64)
+    if matrix.ndim != 2 or matrix.shape[1] != columns:
+        raise ValueError(f"{name} must have shape (N, {columns}), got {matrix.shape}")
+    _require_rows(np.isfinite(matrix).all(axis=1), name, "be finite", matrix)
+    return matrix
+
+
+def _require_rows(good: NDArray[np.bool_], name: str, need: str, values: Array) -> None:
+    if not good.all():
+        row = int(np.argmin(good))
+        raise ValueError(f"{name} must {need}, got {values[row].tolist()} in row {row}")
+
+
+def _controls(controls: ArrayLike | None, count: int) -> Array:
+    if controls is None:
+        return np.tile(PASSIVE_CONTROL, (count, 1))
+    values = np.asarray(controls, dtype=np.float64)
+    if values.ndim == 1:
+        values = np.tile(values, (count, 1))
+    values = _matrix("controls", values, 2)
+    if len(values) != count:
+        raise ValueError(
+            f"controls must have one row for each of {count} states, got {len(values)}"
+        )
+    inside = (values[:, 0] > 0) & (values[:, 0] < 2 * math.pi)
+    _require_rows(inside, "controls", "have switch angles in (0, 2*pi)", values)
+    _require_rows(values[:, 1] >= 0, "controls", "have stall torques that are not negative", values)
+    return values
+
+
+def _heights(step_height: ArrayLike, count: int) -> Array:
+    heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
+    if heights.shape not in ((1,), (count,)):
+        raise ValueError(f"step_height must be one height or {count}, got shape {heights.shape}")
+    _require_rows(np.isfinite(heights), "step_height", "be finite", heights)
+    return np.ascontiguousarray(heights)

@@ -1,0 +1,47 @@
+"""Run a compiled kernel over slices of a batch on all cores.
+
+The kernels release the GIL and treat every row by itself, so plain threads do: nothing
+to compile twice, no runtime of its own to clash with torch or with `fork`, and the
+result of a row cannot depend on how many threads there are.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+SMALLEST_SHARE = 16  # rows worth handing to a thread: about half a millisecond of strides
+
+_pool: ThreadPoolExecutor | None = None
+
+
+def cores() -> int:
+    """Cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _forget_pool() -> None:
+    global _pool  # threads do not survive a fork; the child makes its own
+    _pool = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_pool)
+
+
+def run_in_slices(work: Callable[[slice], None], rows: int) -> None:
+    """Call `work` on slices that together cover `rows`, on as many cores as pay."""
+    global _pool
+    shares = min(cores(), rows // SMALLEST_SHARE)
+    if shares < 2:
+        work(slice(0, rows))
+        return
+    if _pool is None:
+        _pool = ThreadPoolExecutor(cores(), thread_name_prefix="strides")
+    pieces = 4 * shares if rows >= 64 * shares else shares  # falls are short: spread them
+    bounds = [rows * i // pieces for i in range(pieces + 1)]
+    slices = [slice(low, high) for low, high in zip(bounds[:-1], bounds[1:], strict=True)]
+    list(_pool.map(work, slices))
