@@ -1,0 +1,220 @@
+"""Gaits: fixed points of the stride map by damped Newton (Camp 1997, section 7)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.params import (
+    Control,
+    PostStrikeState,
+    WalkerParams,
+    check_state,
+    check_walkable,
+)
+from powered_walker_env.phases import Outcome
+from powered_walker_env.poincare.section import (
+    control_row,
+    map_jacobians,
+    natural_units,
+    stride_map,
+    switch_section,
+)
+from powered_walker_env.presets import PRESETS
+from powered_walker_env.stride import Array, cycle_of, stride
+
+SECTIONS = ("switch", "post-strike")
+CONVERGED = 1e-11  # residual of a fixed point, in natural units
+NEWTON_STEPS = 40
+HALVINGS = 8  # of a Newton step that does not bring the residual down
+STARTS = 512  # random states tried when no guess is given
+TRIES = 12  # of them, the nearest to periodic ones, from which Newton starts
+
+
+class GaitNotFoundError(ValueError):
+    """No gait was found; the message gives the reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """A limit cycle of the walker: a fixed point of its stride map over `period` strides."""
+
+    params: WalkerParams
+    control: Control | None
+    period: int  # strides
+    section: str  # "switch" (the thesis's) or "post-strike"
+    state: PostStrikeState  # post-strike, rad and rad/s
+    states: Array = field(repr=False)  # (period, 4) the post-strike states of the cycle
+    section_state: tuple[float, float, float] | None  # (q1, u1, u3) at the switch
+    multipliers: NDArray[np.complex128]  # Floquet multipliers, largest first
+    jacobian: Array = field(repr=False)  # (4, 4) of the post-strike map over the period
+    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and stall torque
+    duration: float  # s, of the whole period
+    step_length: float  # m, of the whole period
+    positive_work: float  # J, of the whole period
+
+    @property
+    def spectral_radius(self) -> float:
+        """The largest multiplier's modulus; below 1 the gait is stable."""
+        return float(abs(self.multipliers[0]))
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out."""
+        return self.spectral_radius < 1.0
+
+    @property
+    def speed(self) -> float:
+        """Mean walking speed, m/s."""
+        return self.step_length / self.duration
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Positive motor work over the walker's weight times the distance."""
+        weight = 2.0 * self.params.leg_mass * self.params.gravity
+        return self.positive_work / (weight * self.step_length)
+
+
+def find_gait(
+    params: WalkerParams,
+    control: Control | None,
+    guess: PostStrikeState | Sequence[float] | None = None,
+    *,
+    section: str | None = None,
+    period: int = 1,
+) -> Gait:
+    """Find a limit cycle by damped Newton on the stride map.
+
+    Args:
+        params: the walker.
+        control: its constant control; None for a passive walker.
+        guess: a post-strike state near the gait. Without one, the presets and a seeded
+            random search supply the starts.
+        section: "switch" lists the 3 multipliers of the thesis's section, "post-strike"
+            all 4 (the fourth is zero). Left out: the switch, where there is one.
+        period: strides after which the gait closes, at least 1.
+
+    Raises:
+        GaitNotFoundError: with the reason, when no start led to a gait.
+        ValueError: a bad argument.
+    """
+    check_walkable(params, control)
+    section = _check_section(section, control)
+    if period < 1:
+        raise ValueError(f"period must be at least 1, got {period!r}")
+    if guess is not None:
+        starts = np.array([check_state(guess)])
+    else:
+        starts = _starts(params, control, period)
+    reasons = []
+    for start in starts:
+        state, reason = _newton(start, control, params, period)
+        if state is not None:
+            return _describe(state, control, params, section, period)
+        reasons.append(reason)
+    raise GaitNotFoundError(
+        f"no gait of period {period} found for {control} from {len(starts)} start(s): "
+        f"{reasons[0] if reasons else 'no start survives a stride'}; "
+        "give a guess near one, or change the control"
+    )
+
+
+def _check_section(section: str | None, control: Control | None) -> str:
+    if section is None:
+        return "post-strike" if control is None else "switch"
+    if section not in SECTIONS:
+        raise ValueError(f"section must be one of {SECTIONS}, got {section!r}")
+    if section == "switch" and control is None:
+        raise ValueError("section must be 'post-strike' for a passive walker, which has no switch")
+    return section
+
+
+def _starts(params: WalkerParams, control: Control | None, period: int) -> Array:
+    """Likely starts: the random and preset states that a stride brings back nearest."""
+    units = natural_units(params)
+    rng = np.random.default_rng(0)
+    stance = -rng.uniform(0.05, 0.45, STARTS)
+    swing = -stance + rng.normal(0.0, 0.1, STARTS)
+    rates = rng.uniform([0.05, -0.2], [0.6, 0.5], (STARTS, 2))
+    scattered = np.column_stack([stance, swing, rates]) * units
+    known = np.array([preset.state for preset in PRESETS.values()])
+    states = np.concatenate([known, scattered])
+    residuals = _residuals(states, control, params, period)
+    order = np.argsort(residuals, kind="stable")
+    return states[order[: min(TRIES, int(np.isfinite(residuals).sum()))]]
+
+
+def _residuals(states: Array, control: Control | None, params: WalkerParams, period: int) -> Array:
+    """Distance of each state (N, 4) from its image, in natural units; inf after a fall."""
+    controls = np.tile(control_row(control), (len(states), 1))
+    landed = stride_map(states, controls, params, cycle_of(control), period)
+    distance = np.linalg.norm((landed - states) / natural_units(params), axis=1)
+    return np.where(np.isfinite(distance), distance, np.inf)
+
+
+def _newton(
+    state: Array, control: Control | None, params: WalkerParams, period: int
+) -> tuple[Array | None, str]:
+    """A fixed point near `state`, or None and why not."""
+    residual = _residuals(state[np.newaxis], control, params, period)[0]
+    if residual == np.inf:
+        return (
+            None,
+            f"the walker falls from {state.round(4).tolist()}: {_fall(state, control, params)}",
+        )
+    controls = control_row(control)[np.newaxis]
+    for _ in range(NEWTON_STEPS):
+        image = stride_map(state[np.newaxis], controls, params, cycle_of(control), period)[0]
+        jacobian, _ = map_jacobians(state, control, params, period)
+        if not np.isfinite(jacobian).all():
+            return None, f"the walker falls close to {state.round(6).tolist()}"
+        change = np.linalg.lstsq(np.eye(4) - jacobian, image - state)[0]
+        trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
+        residuals = _residuals(trials, control, params, period)
+        better = np.flatnonzero(residuals < residual)
+        if not len(better):
+            break
+        state, residual = trials[better[0]], residuals[better[0]]
+    if residual <= CONVERGED:
+        return state, ""
+    return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
+
+
+def _fall(state: Array, control: Control | None, params: WalkerParams) -> str:
+    outcome = stride(state, control, params).outcome
+    return outcome.label if outcome != Outcome.WALKED else "in a later stride"
+
+
+def _describe(
+    state: Array, control: Control | None, params: WalkerParams, section: str, period: int
+) -> Gait:
+    """The gait at a fixed point, with its multipliers and its stride's quantities."""
+    jacobian, control_jacobian = map_jacobians(state, control, params, period)
+    if not np.isfinite(jacobian).all():
+        raise GaitNotFoundError(f"the walker falls close to the gait at {state.tolist()}")
+    multipliers = np.linalg.eigvals(jacobian).astype(complex)
+    multipliers = multipliers[np.argsort(-abs(multipliers), kind="stable")]
+    states, strides = [PostStrikeState(*state.tolist())], []
+    for _ in range(period):
+        strides.append(stride(states[-1], control, params, rtol=1e-13))
+        states.append(strides[-1].state)
+    first = states[0]
+    return Gait(
+        params=params,
+        control=control,
+        period=period,
+        section=section,
+        state=first,
+        states=np.array(states[:-1]),
+        section_state=None if control is None else switch_section(first, control, params),
+        multipliers=multipliers[:3] if section == "switch" else multipliers,
+        jacobian=jacobian,
+        control_jacobian=control_jacobian,
+        duration=math.fsum(s.duration for s in strides),
+        step_length=math.fsum(s.step_length for s in strides),
+        positive_work=math.fsum(s.positive_work for s in strides),
+    )
