@@ -264,7 +264,8 @@ def check_state(state: Any) -> PostStrikeState:
         "be four numbers (stance_angle, swing_angle, stance_rate, swing_rate)",
         state,
     )
-    checked = (_real(f"state.{n}", _plain(v)) for n, v in zip(PostStrikeState._fields, values))
+    named = zip(PostStrikeState._fields, values, strict=True)
+    checked = (_real(f"state.{n}", _plain(v)) for n, v in named)
     return PostStrikeState(*checked)
 
 

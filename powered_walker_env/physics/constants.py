@@ -11,7 +11,6 @@ import numpy as np
 from powered_walker_env.compilation import kernel
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING, WalkerParams
 
-
 # Order of a packed row; `unpack` reads it by number. The physics comes last.
 _FIELDS = tuple(f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics")
 
@@ -24,7 +23,7 @@ class Constants(NamedTuple):
     R: float  # m, radius of the foot
     lock: float  # rad, ankle angle q2 at the stop
     M: float  # kg, one leg
-    I: float  # kg m², one leg about its centre of mass  # noqa: E741
+    I: float  # kg m², one leg about its centre of mass
     ankle_to_com: complex  # m, X + iY: leg's centre of mass from the ankle, leg frame
     hip_to_com: complex  # m, L − X − iY: the same from the hip, on the swing leg
     g: complex  # m/s², gravity·e^{−i·slope}: minus the gravitational acceleration

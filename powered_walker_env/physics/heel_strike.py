@@ -6,7 +6,7 @@ contact point, and of the trailing leg about the hip.
 
 The listing (`as_published`) departs from this text twice:
 1. `mom.m` puts the new contact point at −L sin β instead of +L sin β (AutoLev input
-   `p_sank_h> = L*b1>`): for a symmetric step on the old contact;
+   `p_sank_h> = L*b1>`): for a symmetric step near the old contact (on it if D = 0);
 2. `pow_jump.m` solves with the mass matrix of the configuration *before* the strike.
 """
 

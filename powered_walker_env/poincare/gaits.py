@@ -185,7 +185,7 @@ def _newton(
 
 
 def _fall(state: Array, control: Control | None, params: WalkerParams) -> str:
-    outcome = stride(state, control, params).outcome
+    outcome = stride(PostStrikeState(*state.tolist()), control, params).outcome
     return outcome.label if outcome != Outcome.WALKED else "in a later stride"
 
 

@@ -1,0 +1,1 @@
+"""Tests of the walker: laws, limits and cited numbers, against independent derivations."""

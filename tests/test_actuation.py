@@ -1,0 +1,122 @@
+"""Actuation: the motor's torque–speed line, its power, and what drives each phase's flow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from powered_walker_env.params import WalkerParams
+from powered_walker_env.phases import Joints, Torque
+from powered_walker_env.physics import actuation, swing
+from tests import derivation
+from tests.derivation import Array
+from tests.samples import as_published, constants, random_motion, random_walkers, relative
+
+STALL = 700.0
+MOTOR = WalkerParams(no_load_speed=8.0)
+EXTENDING = np.linspace(-12.0, -0.1, 30)  # u2, rad/s: extension makes q2 fall
+
+
+def torque_at(ankle_rate: float, params: WalkerParams = MOTOR) -> float:
+    return actuation.motor_torque(ankle_rate, STALL, constants(params))
+
+
+def moving(ankle_rate: float) -> Array:
+    """A state whose ankle turns at `ankle_rate` = α' − φ'."""
+    return np.array([-2.0, 0.1, 3.0, 0.3 - ankle_rate, 0.3, 0.4])
+
+
+def flow(joints: Joints, torque: Torque, y: Array, stall: float, params: WalkerParams) -> Array:
+    rate = np.empty(6)
+    actuation.flow(int(joints), int(torque), y, stall, constants(params), rate)
+    return rate
+
+
+def test_motor_at_rest_gives_its_stall_torque() -> None:
+    assert torque_at(0.0) == STALL
+    assert torque_at(0.0, as_published(MOTOR)) == STALL
+
+
+def test_motor_gives_no_torque_when_it_extends_at_its_no_load_speed() -> None:
+    assert torque_at(-8.0) == 0.0
+
+
+def test_torque_falls_on_a_straight_line_with_the_speed_of_extension() -> None:
+    for speed in EXTENDING:
+        assert torque_at(speed) == pytest.approx(STALL * (8.0 + speed) / 8.0, rel=1e-14, abs=1e-12)
+
+
+def test_motor_driven_backwards_pushes_harder_than_at_rest() -> None:
+    assert torque_at(4.0) == pytest.approx(1.5 * STALL, rel=1e-15)
+
+
+def test_departure_3_the_listed_motor_pushes_harder_the_faster_it_extends() -> None:
+    """`pow_qddt.m` takes u2 for the speed, which extension makes negative."""
+    listed = [torque_at(speed, as_published(MOTOR)) for speed in EXTENDING]
+    assert listed == pytest.approx([STALL * (1 - u2 / 8.0) for u2 in EXTENDING], rel=1e-14)
+    assert min(listed) > STALL
+    for torque, u2 in zip(listed, EXTENDING, strict=True):
+        assert torque == pytest.approx(torque_at(-u2), rel=1e-14)  # the line of flexion
+        assert torque + torque_at(u2) == pytest.approx(2 * STALL, rel=1e-14)
+
+
+def test_power_is_the_torques_work_rate_on_foot_and_leg() -> None:
+    for u2 in EXTENDING:
+        y = moving(u2)
+        power = actuation.ankle_power(Torque.MOTOR, y, STALL, constants(MOTOR))
+        assert power == pytest.approx(torque_at(u2) * (y[3] - y[4]), rel=1e-12)
+
+
+def test_power_is_greatest_at_half_the_no_load_speed_and_a_quarter_of_stall_times_it() -> None:
+    powers = [
+        actuation.ankle_power(Torque.MOTOR, moving(-speed), STALL, constants(MOTOR))
+        for speed in np.linspace(0.0, 8.0, 33)
+    ]
+    assert int(np.argmax(powers)) == 16
+    assert powers[16] == pytest.approx(STALL * 8.0 / 4, rel=1e-14)
+
+
+def test_motor_brakes_beyond_its_no_load_speed() -> None:
+    assert actuation.ankle_power(Torque.MOTOR, moving(-10.0), STALL, constants(MOTOR)) < 0
+
+
+def test_no_torque_and_no_power_where_the_phase_has_none() -> None:
+    assert actuation.ankle_torque(Torque.NONE, -3.0, STALL, constants(MOTOR)) == 0.0
+    assert actuation.ankle_power(Torque.NONE, moving(-3.0), STALL, constants(MOTOR)) == 0.0
+
+
+def test_powered_flow_is_kanes_with_the_motors_torque() -> None:
+    rng = np.random.default_rng(1)
+    for plain in random_walkers(1, 50):
+        stall = plain.leg_mass * plain.gravity * plain.leg_length * rng.uniform(0.1, 1)
+        for params in (plain, as_published(plain)):
+            y = random_motion(rng)
+            q, u = relative(y)
+            speed = u[1] if params is not plain else -u[1]
+            torque = stall * (1 - speed / params.no_load_speed)
+            matrix, forcing = derivation.powered_system(q, u, torque, params)
+            expected = derivation.TO_ABSOLUTE @ np.linalg.solve(matrix, forcing)
+            rate = flow(Joints.ANKLE_FREE, Torque.MOTOR, y, stall, params)
+            rounding = 1e-15 * np.linalg.cond(matrix) * np.abs(expected).max()
+            assert rate[:3] == pytest.approx(y[3:], abs=0)
+            assert rate[3:] == pytest.approx(expected, abs=rounding)
+
+
+def test_free_flow_without_torque_is_that_of_a_limp_ankle() -> None:
+    rng = np.random.default_rng(2)
+    for params in random_walkers(2, 20):
+        y = random_motion(rng)
+        rate = flow(Joints.ANKLE_FREE, Torque.NONE, y, STALL, params)
+        limp = swing.free_accelerations(*y, 0.0, constants(params))
+        assert rate == pytest.approx([*y[3:], *limp], abs=0)
+
+
+def test_locked_flow_turns_foot_and_leg_as_one_body_whatever_the_torque() -> None:
+    rng = np.random.default_rng(3)
+    for params in random_walkers(3, 20):
+        y = random_motion(rng)
+        y[3] = y[4]
+        ddalpha, ddbeta = swing.locked_accelerations(*y[:3], *y[4:], constants(params))
+        for torque in Torque:
+            rate = flow(Joints.ANKLE_LOCKED, torque, y, STALL, params)
+            assert rate == pytest.approx([*y[3:], ddalpha, ddalpha, ddbeta], abs=0)
