@@ -85,7 +85,7 @@ def crossing(guard, joints, w, ends, switch_angle, step_height, c):
 
     `ends` is (value, rate, value at the end, rate at the end); w.dense must be ready.
     """
-    value, rate, value_end, rate_end = ends
+    value, rate, value_end, _ = ends
     low, high = 0.0, 1.0
     if not (value > 0.0 and value_end <= 0.0):
         turn = _extremum(guard, joints, w, rate > 0.0, switch_angle, step_height, c)

@@ -46,7 +46,7 @@ NOT_FINITE, STEP_LIMIT = int(Outcome.NOT_FINITE), int(Outcome.STEP_LIMIT)
 
 # All times in units of √(L/g).
 TIME_LIMIT = 20.0  # no landing by then is a fall; the nearly simplest walker takes 3.9
-LONGEST_STEP = 0.25  # so that no guard can turn twice inside a step
+LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
 MAX_STEPS = 20_000
 MAX_PHASES = 16
@@ -151,7 +151,7 @@ def _run_phase(code, phase, t, w, control, c, step_height, rtol, interval, log, 
     unit = math.sqrt(c.L / abs(c.g))
     over = _already_over(guards, joints, w, control[0], step_height, c, ends)
     tolerance = TOLERANCE_SHARE * rtol
-    h = 0.5 * tolerance**0.125 * unit  # about a step's length for this tolerance
+    h = tolerance**0.125 * unit  # about a step's length for this tolerance
     start(joints, torque, w, control[1], c)
     for _ in range(MAX_STEPS):
         if over >= 0:

@@ -7,6 +7,7 @@ result of a row cannot depend on how many threads there are.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -43,5 +44,5 @@ def run_in_slices(work: Callable[[slice], None], rows: int) -> None:
         _pool = ThreadPoolExecutor(cores(), thread_name_prefix="strides")
     pieces = 4 * shares if rows >= 64 * shares else shares  # falls are short: spread them
     bounds = [rows * i // pieces for i in range(pieces + 1)]
-    slices = [slice(low, high) for low, high in zip(bounds[:-1], bounds[1:], strict=True)]
+    slices = [slice(low, high) for low, high in itertools.pairwise(bounds)]
     list(_pool.map(work, slices))
