@@ -108,23 +108,24 @@ def crossing(guard, joints, w, ends, switch_angle, step_height, c):
 
 @kernel
 def step_onto(guard, joints, torque, w, h, guess, control, step_height, c):
-    """Take the step again so that w.y_new lies on the event; return its length, s.
+    """Take the step again so that w.y_new lies on the event.
 
     Newton on the length of the step, each time a full step of the method; the last
-    correction is first order.
+    correction is first order. Returns the length of the step and that correction, s.
     """
     switch_angle, stall_torque = control
     length = guess
-    for _ in range(LANDING_STEPS):
+    for attempt in range(LANDING_STEPS):
         step(joints, torque, w, length, stall_torque, c)
         value, rate = guard_at(guard, joints, w.y_new, switch_angle, step_height, c)
         change = -value / rate if rate != 0.0 else 0.0
         if abs(change) < FIRST_ORDER:
             for i in range(DIMENSION):
                 w.y_new[i] += change * w.slopes[STAGES, i]
-            return length + change
-        length = min(h, max(0.0, length + change))
-    return length
+            return length, change
+        if attempt < LANDING_STEPS - 1:
+            length = min(h, max(0.0, length + change))
+    return length, 0.0
 
 
 @kernel

@@ -18,8 +18,8 @@ from powered_walker_env.physics.actuation import flow
 
 DIMENSION = 6  # φ, α, β and their rates
 STAGES = 12
-_A = np.ascontiguousarray(DOP853.A)
-_B = np.ascontiguousarray(DOP853.B)
+STAGE_WEIGHTS = np.ascontiguousarray(DOP853.A)
+WEIGHTS = np.ascontiguousarray(DOP853.B)
 _E3 = np.ascontiguousarray(DOP853.E3)
 _E5 = np.ascontiguousarray(DOP853.E5)
 _A_EXTRA = np.ascontiguousarray(DOP853.A_EXTRA)
@@ -36,7 +36,8 @@ class Workspace(NamedTuple):
 
     y: np.ndarray  # (6,) state at the start of the step
     y_new: np.ndarray  # (6,) state at its end
-    work: np.ndarray  # (6,) state at a stage, and of the interpolant
+    work: np.ndarray  # (6,) state of the interpolant
+    stages: np.ndarray  # (12, 6) state at the stages
     slopes: np.ndarray  # (16, 6) y' at the stages; row 0 at the start, row 12 at the end
     dense: np.ndarray  # (7, 6) coefficients of the interpolant
 
@@ -48,6 +49,7 @@ def workspace():
         np.zeros(DIMENSION),
         np.zeros(DIMENSION),
         np.zeros(DIMENSION),
+        np.zeros((STAGES, DIMENSION)),
         np.zeros((STAGES + 1 + EXTRA_STAGES, DIMENSION)),
         np.zeros((POLYNOMIALS, DIMENSION)),
     )
@@ -77,9 +79,9 @@ def start(joints, torque, w, stall_torque, c):
 def step(joints, torque, w, h, stall_torque, c):
     """One step of length h from w.y to w.y_new; needs w.slopes[0], fills the others."""
     for stage in range(1, STAGES):
-        _advance(w.y, h, _A[stage, :stage], w.slopes, w.work)
-        flow(joints, torque, w.work, stall_torque, c, w.slopes[stage])
-    _advance(w.y, h, _B, w.slopes, w.y_new)
+        _advance(w.y, h, STAGE_WEIGHTS[stage, :stage], w.slopes, w.stages[stage])
+        flow(joints, torque, w.stages[stage], stall_torque, c, w.slopes[stage])
+    _advance(w.y, h, WEIGHTS, w.slopes, w.y_new)
     flow(joints, torque, w.y_new, stall_torque, c, w.slopes[STAGES])
 
 

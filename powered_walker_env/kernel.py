@@ -29,6 +29,13 @@ from powered_walker_env.physics.constants import unpack
 from powered_walker_env.physics.ground import clearance, legs_have_passed, name_fall, swing_foot
 from powered_walker_env.physics.heel_strike import heel_strike
 from powered_walker_env.physics.swing import energy, kinetic_energy
+from powered_walker_env.sensitivity import (
+    Directions,
+    begin,
+    pass_event,
+    pass_heel_strike,
+    propagate,
+)
 
 # Columns of a row of results.
 STATE = slice(0, 4)  # post-strike state (α, s, α', β'); NaN unless the walker walked
@@ -140,10 +147,12 @@ def _already_over(guards, joints, w, switch_angle, step_height, c, ends):
 
 
 @kernel
-def _run_phase(code, phase, t, w, control, c, step_height, rtol, interval, log, result):
-    """Integrate one phase from w.y to its end; return where it leads (encoded) and the time.
+def _run_phase(
+    code, phase, t, w, control, row, c, step_height, rtol, interval, log, result, directions
+):
+    """Integrate one phase from w.y to its end, w.y ending on the event.
 
-    w.y ends on the event. The second value returned is the exit's reset.
+    Returns where it leads (encoded), the reset and the guard of its exit, and the time.
     """
     joints, torque = code[0], code[1]
     guards = (code[2], code[5], FALL)
@@ -153,18 +162,19 @@ def _run_phase(code, phase, t, w, control, c, step_height, rtol, interval, log, 
     tolerance = TOLERANCE_SHARE * rtol
     h = tolerance**0.125 * unit  # about a step's length for this tolerance
     start(joints, torque, w, control[1], c)
+    fresh = True
     for _ in range(MAX_STEPS):
         if over >= 0:
             break
         if t >= TIME_LIMIT * unit:
-            return -1 - NO_LANDING, 0, t
+            return -1 - NO_LANDING, 0, 0, t
         h = min(h, LONGEST_STEP * unit, TIME_LIMIT * unit - t + SHORTEST_STEP * unit)
         step(joints, torque, w, h, control[1], c)
         error = error_norm(w, h, tolerance, 1.0 / unit)
         if not error <= 1.0:
             h *= step_factor(error) if error < math.inf else 0.1
             if h < SHORTEST_STEP * unit:
-                return -1 - (STEP_LIMIT if error < math.inf else NOT_FINITE), 0, t
+                return -1 - (STEP_LIMIT if error < math.inf else NOT_FINITE), 0, 0, t
             continue
         for k in range(len(guards)):
             ends[k, 0], ends[k, 1] = ends[k, 2], ends[k, 3]
@@ -172,13 +182,16 @@ def _run_phase(code, phase, t, w, control, c, step_height, rtol, interval, log, 
                 guards[k], joints, w.y_new, control[0], step_height, c
             )
         over, fraction = find_event(joints, torque, w, h, guards, ends, control, step_height, c)
-        taken = h
+        length, correction = h, 0.0
         if over >= 0:
-            taken = step_onto(
+            length, correction = step_onto(
                 guards[over], joints, torque, w, h, fraction * h, control, step_height, c
             )
         if interval > 0.0:
-            _log_step(joints, torque, t, taken, interval, phase, w, control[1], c, log, result)
+            _log_step(joints, torque, t, length, interval, phase, w, control[1], c, log, result)
+        if directions is not None:
+            propagate(joints, torque, w, length, correction, fresh, control, row, c, directions)
+        taken, fresh = length + correction, False
         _track_clearance(w, taken, step_height, c, result)
         if torque != NONE:
             result[POSITIVE_WORK] += _positive_gain(
@@ -193,10 +206,10 @@ def _run_phase(code, phase, t, w, control, c, step_height, rtol, interval, log, 
             w.y[i] = w.y_new[i]
             w.slopes[0, i] = w.slopes[STAGES, i]
     if over < 0:
-        return -1 - STEP_LIMIT, 0, t
+        return -1 - STEP_LIMIT, 0, 0, t
     if guards[over] == FALL:
-        return -1 - name_fall(joints, w.y, c), 0, t
-    return code[4 + 3 * over], code[3 + 3 * over], t
+        return -1 - name_fall(joints, w.y, c), 0, 0, t
+    return code[4 + 3 * over], code[3 + 3 * over], guards[over], t
 
 
 @kernel
@@ -224,7 +237,7 @@ def _strike(w, c, result):
 
 
 @kernel
-def run_stride(cycle, state, control, row, step_height, rtol, interval, log, result):
+def run_stride(cycle, state, control, row, step_height, rtol, interval, log, result, directions):
     """One stride of the walker packed in `row`; fills `result`, returns the outcome.
 
     Args:
@@ -234,20 +247,26 @@ def run_stride(cycle, state, control, row, step_height, rtol, interval, log, res
         rtol: tolerance of the post-strike state.
         interval: s between samples in `log`, 0 for none; events are logged in any case.
         log: (m, LOG_COLUMNS), m may be 0; result: (RESULTS,).
+        directions: to differentiate the stride by, or None; numba leaves the derivatives
+            out of the machine code of strides without them.
     """
     c = unpack(row)
     w = workspace()
     if not _begin(state, c, w, result):
         return NOT_FINITE
-    first_phi = w.y[0]
+    if directions is not None:
+        begin(directions)
+    first_phi, before_strike = w.y[0], np.empty(DIMENSION)
     t, phase, outcome = 0.0, 0, STEP_LIMIT
     _log(t, w.y, phase, log, result)
     for _ in range(MAX_PHASES):
         powered = cycle[phase][1] != NONE
-        before = _energy_at(w.y, c) if powered else 0.0
-        to, reset, t = _run_phase(
-            cycle[phase], phase, t, w, control, c, step_height, rtol, interval, log, result
-        )
+        acting = (cycle[phase][0], cycle[phase][1])
+        before, began = _energy_at(w.y, c) if powered else 0.0, t
+        to, reset, guard, t = _run_phase(
+            cycle[phase], phase, t, w, control, row, c, step_height, rtol, interval, log, result,
+            directions,
+        )  # fmt: skip
         if powered:
             result[ENERGY_IN] += _energy_at(w.y, c) - before
         _log(t, w.y, phase, log, result)
@@ -256,7 +275,15 @@ def run_stride(cycle, state, control, row, step_height, rtol, interval, log, res
             result[STEP_LENGTH] = swing_foot(w.y[0], w.y[1], w.y[2], c).imag + c.R * (
                 w.y[0] - first_phi
             )
+            before_strike[:] = w.y
             _strike(w, c, result)
+            if directions is not None:
+                pass_heel_strike(
+                    guard, acting, first_phi, before_strike, w.y, control, row, c, directions
+                )
+        elif to >= 0 and directions is not None:
+            following = (cycle[to][0], cycle[to][1])
+            pass_event(guard, t > began, (acting, following), w.y, control, row, c, directions)
         if to < 0:
             outcome = -1 - to
             break
@@ -282,5 +309,29 @@ def run_strides(cycle, states, controls, rows, heights, rtol, results, outcomes)
         height = heights[i if heights.shape[0] > 1 else 0]
         control = (controls[i, 0], controls[i, 1])
         outcomes[i] = run_stride(
-            cycle, states[i], control, row, height, rtol, 0.0, no_log, results[i]
+            cycle, states[i], control, row, height, rtol, 0.0, no_log, results[i], None
+        )
+
+
+@threaded_kernel
+def differentiate_strides(
+    cycle, states, controls, rows, rtol, changes, results, outcomes, derivatives
+):
+    """N strides on flat ground with their derivatives along the same n directions.
+
+    Args:
+        changes: (n, 18) of the state (4), the control (2) and the packed walker (12).
+        derivatives: (N, n, OUTPUTS) of the post-strike state, duration, step length.
+    """
+    n = changes.shape[0]
+    no_log = np.empty((0, LOG_COLUMNS))
+    S, slopes = np.empty((n, DIMENSION)), np.empty((n, STAGES + 1, DIMENSION))
+    by_state, by_control, by_params = changes[:, :4], changes[:, 4:6], changes[:, 6:]
+    for i in range(states.shape[0]):
+        row = rows[i if rows.shape[0] > 1 else 0]
+        control = (controls[i, 0], controls[i, 1])
+        derivatives[i] = math.nan
+        directions = Directions(by_state, by_control, by_params, S, slopes, derivatives[i])
+        outcomes[i] = run_stride(
+            cycle, states[i], control, row, 0.0, rtol, 0.0, no_log, results[i], directions
         )

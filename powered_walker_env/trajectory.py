@@ -96,6 +96,7 @@ def log_stride(
         float(interval),
         log,
         result,
+        None,
     )
     return LoggedStride(log[: int(result[kernel.LOGGED])], result, Outcome(int(outcome)))
 

@@ -80,16 +80,9 @@ def bias(foot, A, H, B, dphi, dalpha, dbeta, c):
 
 
 @kernel
-def free_accelerations(phi, alpha, beta, dphi, dalpha, dbeta, torque, c):
-    """(φ'', α'', β'') with the ankle free and `torque` extending it, rad/s².
-
-    The motor turns the foot forward and the leg back: generalised forces (+τ, −τ, 0).
-    Gaussian elimination of the 3×3 system, β first, then α.
-    """
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
-    b1, b2, b3 = bias(foot, A, H, B, dphi, dalpha, dbeta, c)
-    f1, f2, f3 = torque - b1, -torque - b2, -b3
+def solve_free(matrix, f1, f2, f3):
+    """(φ'', α'', β'') under forces: Gaussian elimination, β first, then α."""
+    m11, m12, m13, m22, m23, m33 = matrix
     k1, k2 = m13 / m33, m23 / m33
     n11, n12, n22 = m11 - k1 * m13, m12 - k1 * m23, m22 - k2 * m23
     h1, h2 = f1 - k1 * f3, f2 - k2 * f3
@@ -101,19 +94,33 @@ def free_accelerations(phi, alpha, beta, dphi, dalpha, dbeta, torque, c):
 
 
 @kernel
-def locked_accelerations(phi, alpha, beta, dalpha, dbeta, c):
-    """(α'', β'') with foot and stance leg one body (φ' = α'), rad/s².
-
-    The φ and α rows and columns of the free system, added.
-    """
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
-    b1, b2, b3 = bias(foot, A, H, B, dalpha, dalpha, dbeta, c)
+def solve_locked(matrix, f1, f2, f3):
+    """(α'', β'') under forces with φ'' = α'': the φ and α rows and columns, added."""
+    m11, m12, m13, m22, m23, m33 = matrix
     stance, coupling = m11 + 2.0 * m12 + m22, m13 + m23
     k = coupling / m33
-    ddalpha = (k * b3 - b1 - b2) / (stance - k * coupling)
-    ddbeta = (-b3 - coupling * ddalpha) / m33
+    ddalpha = (f1 + f2 - k * f3) / (stance - k * coupling)
+    ddbeta = (f3 - coupling * ddalpha) / m33
     return ddalpha, ddbeta
+
+
+@kernel
+def free_accelerations(phi, alpha, beta, dphi, dalpha, dbeta, torque, c):
+    """(φ'', α'', β'') with the ankle free and `torque` extending it, rad/s².
+
+    The motor turns the foot forward and the leg back: generalised forces (+τ, −τ, 0).
+    """
+    foot, A, H, B = vectors(phi, alpha, beta, c)
+    b1, b2, b3 = bias(foot, A, H, B, dphi, dalpha, dbeta, c)
+    return solve_free(mass_matrix(foot, A, H, B, c), torque - b1, -torque - b2, -b3)
+
+
+@kernel
+def locked_accelerations(phi, alpha, beta, dalpha, dbeta, c):
+    """(α'', β'') with foot and stance leg one body (φ' = α'), rad/s²."""
+    foot, A, H, B = vectors(phi, alpha, beta, c)
+    b1, b2, b3 = bias(foot, A, H, B, dalpha, dalpha, dbeta, c)
+    return solve_locked(mass_matrix(foot, A, H, B, c), -b1, -b2, -b3)
 
 
 @kernel

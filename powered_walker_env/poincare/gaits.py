@@ -18,8 +18,10 @@ from powered_walker_env.params import (
 )
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.section import (
+    SECTION_RTOL,
+    MapPoint,
     control_row,
-    map_jacobians,
+    differentiate_map,
     natural_units,
     stride_map,
     switch_section,
@@ -160,47 +162,39 @@ def _newton(
     state: Array, control: Control | None, params: WalkerParams, period: int
 ) -> tuple[Array | None, str]:
     """A fixed point near `state`, or None and why not."""
-    residual = _residuals(state[np.newaxis], control, params, period)[0]
-    if residual == np.inf:
-        return (
-            None,
-            f"the walker falls from {state.round(4).tolist()}: {_fall(state, control, params)}",
-        )
-    controls = control_row(control)[np.newaxis]
+    units = natural_units(params)
+    point = differentiate_map(state, control, params, period)
+    if point.outcome != Outcome.WALKED:
+        return None, f"the walker {_how(point.outcome)} from {state.round(4).tolist()}"
+    residual = float(np.linalg.norm((point.state - state) / units))
     for _ in range(NEWTON_STEPS):
-        image = stride_map(state[np.newaxis], controls, params, cycle_of(control), period)[0]
-        jacobian, _ = map_jacobians(state, control, params, period)
-        if not np.isfinite(jacobian).all():
-            return None, f"the walker falls close to {state.round(6).tolist()}"
-        change = np.linalg.lstsq(np.eye(4) - jacobian, image - state)[0]
+        change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
         trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
         residuals = _residuals(trials, control, params, period)
         better = np.flatnonzero(residuals < residual)
         if not len(better):
             break
-        state, residual = trials[better[0]], residuals[better[0]]
+        state, residual = trials[better[0]], float(residuals[better[0]])
+        point = differentiate_map(state, control, params, period)
     if residual <= CONVERGED:
         return state, ""
     return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
 
 
-def _fall(state: Array, control: Control | None, params: WalkerParams) -> str:
-    outcome = stride(PostStrikeState(*state.tolist()), control, params).outcome
-    return outcome.label if outcome != Outcome.WALKED else "in a later stride"
+def _how(outcome: Outcome) -> str:
+    return f"ends as {outcome.label!r}"
 
 
 def _describe(
     state: Array, control: Control | None, params: WalkerParams, section: str, period: int
 ) -> Gait:
-    """The gait at a fixed point, with its multipliers and its stride's quantities."""
-    jacobian, control_jacobian = map_jacobians(state, control, params, period)
-    if not np.isfinite(jacobian).all():
-        raise GaitNotFoundError(f"the walker falls close to the gait at {state.tolist()}")
-    multipliers = np.linalg.eigvals(jacobian).astype(complex)
+    """The gait at a fixed point, with its multipliers and its strides' quantities."""
+    point: MapPoint = differentiate_map(state, control, params, period)
+    multipliers = np.linalg.eigvals(point.by_state).astype(complex)
     multipliers = multipliers[np.argsort(-abs(multipliers), kind="stable")]
     states, strides = [PostStrikeState(*state.tolist())], []
     for _ in range(period):
-        strides.append(stride(states[-1], control, params, rtol=1e-13))
+        strides.append(stride(states[-1], control, params, rtol=SECTION_RTOL))
         states.append(strides[-1].state)
     first = states[0]
     return Gait(
@@ -212,8 +206,8 @@ def _describe(
         states=np.array(states[:-1]),
         section_state=None if control is None else switch_section(first, control, params),
         multipliers=multipliers[:3] if section == "switch" else multipliers,
-        jacobian=jacobian,
-        control_jacobian=control_jacobian,
+        jacobian=point.by_state,
+        control_jacobian=point.by_control,
         duration=math.fsum(s.duration for s in strides),
         step_length=math.fsum(s.step_length for s in strides),
         positive_work=math.fsum(s.positive_work for s in strides),

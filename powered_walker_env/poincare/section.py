@@ -1,4 +1,4 @@
-"""The Poincaré section and the stride map on it, with Jacobians by central differences.
+"""The Poincaré section, the stride map on it, and the map's exact derivatives.
 
 The section of the package is the instant just after heel strike: (α, s, α', β'), four
 numbers. The thesis's is the instant the motor starts (section 7): (q1, u1, u3), three
@@ -9,19 +9,28 @@ maps have the same multipliers, but for a zero that the larger section adds.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from powered_walker_env import kernel
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams
-from powered_walker_env.phases import Cycle
+from powered_walker_env.phases import Cycle, Outcome, encode
 from powered_walker_env.physics.constants import pack
+from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import PASSIVE_CONTROL, Array, cycle_of, run_batch
 from powered_walker_env.trajectory import log_stride
 
 SECTION_RTOL = 1e-13  # of the strides behind a gait
-DIFFERENCE = 1e-4  # step of the differences, in natural units: their error is ~1e-10 of it
-_OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
-_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0  # fourth-order central difference
+
+
+class MapPoint(NamedTuple):
+    """Where the map takes a state, with its derivatives; NaN after a fall."""
+
+    state: Array  # (4,) after the strides
+    by_state: Array  # (4, 4)
+    by_control: Array  # (4, 2), by switch angle (rad) and stall torque (N m)
+    outcome: Outcome  # of the last stride walked
 
 
 def natural_units(params: WalkerParams) -> Array:
@@ -47,22 +56,38 @@ def stride_map(
     return states
 
 
-def map_jacobians(
+def differentiate_map(
     state: Array, control: Control | None, params: WalkerParams, period: int = 1
-) -> tuple[Array, Array]:
-    """Derivatives of the map over `period` strides: by state (4, 4), by control (4, 2).
+) -> MapPoint:
+    """The map over `period` strides and its derivatives, exact to the integrator's accuracy.
 
-    Fourth-order central differences of strides at rtol 1e-13, all in one batch. NaN
-    where a difference falls.
+    The variational equations are carried along with each stride (`sensitivity.py`); over
+    several strides the chain rule joins them.
     """
-    point = np.concatenate([state, control_row(control)])
-    units = np.concatenate([natural_units(params), [1.0, max(point[5], 1.0)]])
-    steps = DIFFERENCE * units
-    points = point + (_OFFSETS[:, np.newaxis, np.newaxis] * np.diag(steps)).reshape(-1, 6)
-    landed = stride_map(points[:, :4], points[:, 4:], params, cycle_of(control), period)
-    columns = np.tensordot(_WEIGHTS, landed.reshape(len(_OFFSETS), 6, 4), axes=1)
-    jacobian = (columns / steps[:, np.newaxis]).T
-    return jacobian[:, :4], jacobian[:, 4:]
+    changes = np.eye(4 + 2, 4 + 2 + pack(params).size)
+    by_state, by_control = np.eye(4), np.zeros((4, 2))
+    outcome = Outcome.WALKED
+    for _ in range(period):
+        results = np.empty((1, kernel.RESULTS))
+        outcomes = np.empty(1, np.int64)
+        derivatives = np.empty((1, len(changes), OUTPUTS))
+        kernel.differentiate_strides(
+            encode(cycle_of(control)),
+            np.ascontiguousarray(state)[np.newaxis],
+            control_row(control)[np.newaxis],
+            pack(params)[np.newaxis],
+            SECTION_RTOL,
+            changes,
+            results,
+            outcomes,
+            derivatives,
+        )
+        state, step = results[0, kernel.STATE], derivatives[0, :, :4].T
+        by_state, by_control = step[:, :4] @ by_state, step[:, :4] @ by_control + step[:, 4:]
+        outcome = Outcome(int(outcomes[0]))
+        if outcome != Outcome.WALKED:
+            break
+    return MapPoint(state, by_state, by_control, outcome)
 
 
 def switch_section(

@@ -1,0 +1,113 @@
+"""The derivatives of a stride against differences of strides at the tightest tolerance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from powered_walker_env import PRESETS, Control, WalkerParams, kernel
+from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
+from powered_walker_env.physics.constants import pack
+from powered_walker_env.poincare.section import control_row, differentiate_map
+from powered_walker_env.sensitivity import OUTPUTS
+from tests.derivation import Array
+from tests.published import PASSIVE_GAITS
+
+DIRECTIONS = 17  # state 4, control 2, and the 11 numbers of a packed walker
+
+
+def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
+    """(OUTPUTS, DIRECTIONS) by the variational equations."""
+    results, outcomes = np.empty((1, kernel.RESULTS)), np.empty(1, np.int64)
+    derivatives = np.empty((1, DIRECTIONS, OUTPUTS))
+    kernel.differentiate_strides(
+        encode(cycle), point[np.newaxis, :4], point[np.newaxis, 4:6], point[np.newaxis, 6:],
+        rtol, np.eye(DIRECTIONS, 18), results, outcomes, derivatives,
+    )  # fmt: skip
+    assert outcomes[0] == Outcome.WALKED
+    return derivatives[0].T
+
+
+def outputs(cycle: Cycle, points: Array) -> Array:
+    """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
+    results, outcomes = np.empty((len(points), kernel.RESULTS)), np.empty(len(points), np.int64)
+    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6), slice(6, 18)))
+    kernel.run_strides(encode(cycle), *parts, np.zeros(1), 1e-13, results, outcomes)
+    wanted = (kernel.DURATION, kernel.STEP_LENGTH)
+    return np.column_stack([results[:, kernel.STATE], *(results[:, k] for k in wanted)])
+
+
+def difference(cycle: Cycle, point: Array, column: int, h: float) -> Array:
+    """Sixth-order central difference (Richardson's, twice) in one direction."""
+    offsets = np.array([-3, -2, -1, 1, 2, 3])
+    points = np.tile(point, (6, 1))
+    points[:, column] += offsets * h
+    return np.array([-1, 9, -45, 45, -9, 1]) @ outputs(cycle, points) / (60 * h)
+
+
+def agree(cycle: Cycle, params: WalkerParams, state: Array, control: Control | None) -> None:
+    """Every column to 1e-8 of its largest entry (of all entries, for state and control)."""
+    point = np.concatenate([state, control_row(control), pack(params)])
+    exact = derivative(cycle, point)
+    for column in range(DIRECTIONS):
+        if cycle == PASSIVE_WALKER and column in (4, 5):
+            assert not exact[:, column].any()  # a passive walker has no control
+            continue
+        size = abs(point[column]) or 1.0
+        tries = [difference(cycle, point, column, size * 10**-e) for e in np.arange(2, 7, 0.5)]
+        largest = max(np.abs(exact[:, column]).max(), 1e-3)
+        gap = np.nanmin([np.abs(exact[:, column] - one).max() for one in tries])
+        assert gap < 1e-8 * largest, (column, gap / largest)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_derivatives_of_a_powered_stride_are_exact_in_every_direction(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    agree(POWERED_WALKER, params, np.array(state), control)
+
+
+@pytest.mark.parametrize("gait", PASSIVE_GAITS, ids=str)
+def test_derivatives_of_a_passive_stride_are_exact_in_every_direction(gait) -> None:  # type: ignore[no-untyped-def]
+    agree(PASSIVE_WALKER, gait.params, np.array(gait.state), None)
+
+
+def test_derivatives_away_from_the_gait_and_with_nothing_zero_are_exact() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0)
+    away = np.add(state, [0.005, -0.005, 0.02, 0.02])
+    agree(POWERED_WALKER, general, away, control)
+
+
+def test_where_the_motor_starts_with_the_stride_the_switch_angle_does_not_matter() -> None:
+    params, _, state, _ = PRESETS["camp1997"]
+    early = Control(3.45, 600.0)  # the hip is past it already, and closing
+    agree(POWERED_WALKER, params, np.array(state), early)
+    mapped = differentiate_map(np.array(state), early, params)
+    np.testing.assert_array_equal(mapped.by_control[:, 0], 0.0)
+    assert np.abs(mapped.by_control[:, 1]).max() > 0
+
+
+def test_a_map_over_two_strides_has_the_product_of_derivatives() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    start = np.array(state) + 1e-3
+    twice = differentiate_map(start, control, params, period=2)
+    first = differentiate_map(start, control, params)
+    second = differentiate_map(first.state, control, params)
+    np.testing.assert_array_equal(twice.state, second.state)
+    np.testing.assert_allclose(twice.by_state, second.by_state @ first.by_state, rtol=1e-14)
+    chained = second.by_state @ first.by_control + second.by_control
+    np.testing.assert_allclose(twice.by_control, chained, rtol=1e-14)
+
+
+def test_the_stride_with_derivatives_is_the_stride_without_bit_for_bit() -> None:
+    params, control, state, _ = PRESETS["camp1997"]
+    point = np.concatenate([state, control_row(control), pack(params)])
+    plain = outputs(POWERED_WALKER, point[np.newaxis])[0, :4]
+    np.testing.assert_array_equal(differentiate_map(point[:4], control, params).state, plain)
+
+
+def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
+    params, control, _, _ = PRESETS["round-foot"]
+    mapped = differentiate_map(np.array([-1.0, 0.2, 0.0, 0.0]), control, params)
+    assert mapped.outcome == Outcome.FELL_BACKWARD
+    assert np.isnan(mapped.by_state).all()
