@@ -157,7 +157,9 @@ def _gait(options: argparse.Namespace) -> Report:
 def _gait_data(gait: Gait) -> dict[str, Any]:
     return {
         "params": gait.params.to_dict(),
-        "control": [gait.control.switch_angle, gait.control.stall_torque] if gait.control else None,
+        "control": [gait.control.switch_angle, gait.control.stall_torque]
+        if isinstance(gait.control, Control)
+        else None,
         "period": gait.period,
         "state": list(gait.state),
         "section_state": gait.section_state,

@@ -8,7 +8,7 @@ import pytest
 from powered_walker_env import PRESETS, Control, WalkerParams, kernel
 from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.poincare.section import control_row, differentiate_map
+from powered_walker_env.poincare.maps import StrideMap, control_row
 from powered_walker_env.sensitivity import OUTPUTS
 from tests.derivation import Array
 from tests.published import PASSIVE_GAITS
@@ -82,7 +82,7 @@ def test_where_the_motor_starts_with_the_stride_the_switch_angle_does_not_matter
     params, _, state, _ = PRESETS["camp1997"]
     early = Control(3.45, 600.0)  # the hip is past it already, and closing
     agree(POWERED_WALKER, params, np.array(state), early)
-    mapped = differentiate_map(np.array(state), early, params)
+    mapped = StrideMap(params, early).differentiate(state)
     np.testing.assert_array_equal(mapped.by_control[:, 0], 0.0)
     assert np.abs(mapped.by_control[:, 1]).max() > 0
 
@@ -90,9 +90,10 @@ def test_where_the_motor_starts_with_the_stride_the_switch_angle_does_not_matter
 def test_a_map_over_two_strides_has_the_product_of_derivatives() -> None:
     params, control, state, _ = PRESETS["round-foot"]
     start = np.array(state) + 1e-3
-    twice = differentiate_map(start, control, params, period=2)
-    first = differentiate_map(start, control, params)
-    second = differentiate_map(first.state, control, params)
+    stride_map = StrideMap(params, control)
+    twice = stride_map.differentiate(start, period=2)
+    first = stride_map.differentiate(start)
+    second = stride_map.differentiate(first.state)
     np.testing.assert_array_equal(twice.state, second.state)
     np.testing.assert_allclose(twice.by_state, second.by_state @ first.by_state, rtol=1e-14)
     chained = second.by_state @ first.by_control + second.by_control
@@ -103,11 +104,11 @@ def test_the_stride_with_derivatives_is_the_stride_without_bit_for_bit() -> None
     params, control, state, _ = PRESETS["camp1997"]
     point = np.concatenate([state, control_row(control), pack(params)])
     plain = outputs(POWERED_WALKER, point[np.newaxis])[0, :4]
-    np.testing.assert_array_equal(differentiate_map(point[:4], control, params).state, plain)
+    np.testing.assert_array_equal(StrideMap(params, control).differentiate(point[:4]).state, plain)
 
 
 def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
     params, control, _, _ = PRESETS["round-foot"]
-    mapped = differentiate_map(np.array([-1.0, 0.2, 0.0, 0.0]), control, params)
+    mapped = StrideMap(params, control).differentiate((-1.0, 0.2, 0.0, 0.0))
     assert mapped.outcome == Outcome.FELL_BACKWARD
     assert np.isnan(mapped.by_state).all()

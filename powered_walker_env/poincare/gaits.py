@@ -9,25 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.params import (
-    Control,
-    PostStrikeState,
-    WalkerParams,
-    check_state,
-    check_walkable,
-)
+from powered_walker_env import kernel
+from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
-from powered_walker_env.poincare.section import (
-    SECTION_RTOL,
-    MapPoint,
-    control_row,
-    differentiate_map,
-    natural_units,
-    stride_map,
-    switch_section,
-)
+from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
 from powered_walker_env.presets import PRESETS
-from powered_walker_env.stride import Array, cycle_of, stride
+from powered_walker_env.stride import Array
 
 SECTIONS = ("switch", "post-strike")
 CONVERGED = 1e-11  # residual of a fixed point, in natural units
@@ -46,7 +33,7 @@ class Gait:
     """A limit cycle of the walker: a fixed point of its stride map over `period` strides."""
 
     params: WalkerParams
-    control: Control | None
+    control: Control | Policy | None
     period: int  # strides
     section: str  # "switch" (the thesis's) or "post-strike"
     state: PostStrikeState  # post-strike, rad and rad/s
@@ -54,7 +41,8 @@ class Gait:
     section_state: tuple[float, float, float] | None  # (q1, u1, u3) at the switch
     multipliers: NDArray[np.complex128]  # Floquet multipliers, largest first
     jacobian: Array = field(repr=False)  # (4, 4) of the post-strike map over the period
-    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and stall torque
+    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and stall torque (under
+    # a policy: by what is added to its controls)
     duration: float  # s, of the whole period
     step_length: float  # m, of the whole period
     positive_work: float  # J, of the whole period
@@ -83,7 +71,7 @@ class Gait:
 
 def find_gait(
     params: WalkerParams,
-    control: Control | None,
+    control: Control | Policy | None,
     guess: PostStrikeState | Sequence[float] | None = None,
     *,
     section: str | None = None,
@@ -93,7 +81,7 @@ def find_gait(
 
     Args:
         params: the walker.
-        control: its constant control; None for a passive walker.
+        control: a constant control, None for a passive walker, or a policy (see `Policy`).
         guess: a post-strike state near the gait. Without one, the presets and a seeded
             random search supply the starts.
         section: "switch" lists the 3 multipliers of the thesis's section, "post-strike"
@@ -104,19 +92,16 @@ def find_gait(
         GaitNotFoundError: with the reason, when no start led to a gait.
         ValueError: a bad argument.
     """
-    check_walkable(params, control)
+    stride_map = StrideMap(params, control)
     section = _check_section(section, control)
     if period < 1:
         raise ValueError(f"period must be at least 1, got {period!r}")
-    if guess is not None:
-        starts = np.array([check_state(guess)])
-    else:
-        starts = _starts(params, control, period)
+    starts = _starts(stride_map, period) if guess is None else np.array([check_state(guess)])
     reasons = []
     for start in starts:
-        state, reason = _newton(start, control, params, period)
+        state, reason = newton(stride_map, start, period)
         if state is not None:
-            return _describe(state, control, params, section, period)
+            return describe(stride_map, state, section, period)
         reasons.append(reason)
     raise GaitNotFoundError(
         f"no gait of period {period} found for {control} from {len(starts)} start(s): "
@@ -125,7 +110,7 @@ def find_gait(
     )
 
 
-def _check_section(section: str | None, control: Control | None) -> str:
+def _check_section(section: str | None, control: Control | Policy | None) -> str:
     if section is None:
         return "post-strike" if control is None else "switch"
     if section not in SECTIONS:
@@ -135,9 +120,9 @@ def _check_section(section: str | None, control: Control | None) -> str:
     return section
 
 
-def _starts(params: WalkerParams, control: Control | None, period: int) -> Array:
-    """Likely starts: the random and preset states that a stride brings back nearest."""
-    units = natural_units(params)
+def _starts(stride_map: StrideMap, period: int) -> Array:
+    """Likely starts: the random and preset states that the map brings back nearest."""
+    units = natural_units(stride_map.params)
     rng = np.random.default_rng(0)
     stance = -rng.uniform(0.05, 0.45, STARTS)
     swing = -stance + rng.normal(0.0, 0.1, STARTS)
@@ -145,70 +130,65 @@ def _starts(params: WalkerParams, control: Control | None, period: int) -> Array
     scattered = np.column_stack([stance, swing, rates]) * units
     known = np.array([preset.state for preset in PRESETS.values()])
     states = np.concatenate([known, scattered])
-    residuals = _residuals(states, control, params, period)
+    residuals = residuals_of(stride_map, states, period)
     order = np.argsort(residuals, kind="stable")
     return states[order[: min(TRIES, int(np.isfinite(residuals).sum()))]]
 
 
-def _residuals(states: Array, control: Control | None, params: WalkerParams, period: int) -> Array:
+def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
     """Distance of each state (N, 4) from its image, in natural units; inf after a fall."""
-    controls = np.tile(control_row(control), (len(states), 1))
-    landed = stride_map(states, controls, params, cycle_of(control), period)
-    distance = np.linalg.norm((landed - states) / natural_units(params), axis=1)
+    moved = (stride_map(states, period) - states) / natural_units(stride_map.params)
+    distance = np.linalg.norm(moved, axis=1)
     return np.where(np.isfinite(distance), distance, np.inf)
 
 
-def _newton(
-    state: Array, control: Control | None, params: WalkerParams, period: int
-) -> tuple[Array | None, str]:
-    """A fixed point near `state`, or None and why not."""
-    units = natural_units(params)
-    point = differentiate_map(state, control, params, period)
+def newton(stride_map: StrideMap, state: Array, period: int) -> tuple[Array | None, str]:
+    """A fixed point near `state` by damped Newton, or None and why not."""
+    point = stride_map.differentiate(state, period)
     if point.outcome != Outcome.WALKED:
-        return None, f"the walker {_how(point.outcome)} from {state.round(4).tolist()}"
-    residual = float(np.linalg.norm((point.state - state) / units))
+        return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
+    residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
     for _ in range(NEWTON_STEPS):
         change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
         trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
-        residuals = _residuals(trials, control, params, period)
+        residuals = residuals_of(stride_map, trials, period)
         better = np.flatnonzero(residuals < residual)
         if not len(better):
             break
         state, residual = trials[better[0]], float(residuals[better[0]])
-        point = differentiate_map(state, control, params, period)
+        point = stride_map.differentiate(state, period)
     if residual <= CONVERGED:
         return state, ""
     return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
 
 
-def _how(outcome: Outcome) -> str:
-    return f"ends as {outcome.label!r}"
-
-
-def _describe(
-    state: Array, control: Control | None, params: WalkerParams, section: str, period: int
-) -> Gait:
+def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> Gait:
     """The gait at a fixed point, with its multipliers and its strides' quantities."""
-    point: MapPoint = differentiate_map(state, control, params, period)
+    point = stride_map.differentiate(state, period)
     multipliers = np.linalg.eigvals(point.by_state).astype(complex)
     multipliers = multipliers[np.argsort(-abs(multipliers), kind="stable")]
-    states, strides = [PostStrikeState(*state.tolist())], []
+    states, work = [state], []
     for _ in range(period):
-        strides.append(stride(states[-1], control, params, rtol=SECTION_RTOL))
-        states.append(strides[-1].state)
-    first = states[0]
+        batch = stride_map.strides(states[-1][np.newaxis])
+        work.append(float(batch.results[0, kernel.POSITIVE_WORK]))
+        states.append(batch.state[0])
+    first = PostStrikeState(*state.tolist())
+    at_switch = None
+    if stride_map.control is not None:
+        control = Control(*stride_map.controls(state[np.newaxis])[0].tolist())
+        at_switch = switch_section(first, control, stride_map.params)
     return Gait(
-        params=params,
-        control=control,
+        params=stride_map.params,
+        control=stride_map.control,
         period=period,
         section=section,
         state=first,
         states=np.array(states[:-1]),
-        section_state=None if control is None else switch_section(first, control, params),
+        section_state=at_switch,
         multipliers=multipliers[:3] if section == "switch" else multipliers,
         jacobian=point.by_state,
         control_jacobian=point.by_control,
-        duration=math.fsum(s.duration for s in strides),
-        step_length=math.fsum(s.step_length for s in strides),
-        positive_work=math.fsum(s.positive_work for s in strides),
+        duration=point.duration,
+        step_length=point.step_length,
+        positive_work=math.fsum(work),
     )

@@ -1,0 +1,222 @@
+"""The stride map on the Poincaré section, and its exact derivatives.
+
+The section of the package is the instant just after heel strike: (α, s, α', β'), four
+numbers. The thesis's is the instant the motor starts (section 7): (q1, u1, u3), three
+numbers, since there the hip angle is the switch angle and the foot is locked. Both
+maps have the same multipliers, but for a zero that the larger section adds.
+
+A map is a walker with a constant control, with none (passive), or with a policy: a
+closed loop is a map like any other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from powered_walker_env import kernel
+from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_walkable
+from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
+from powered_walker_env.physics.constants import pack
+from powered_walker_env.sensitivity import OUTPUTS
+from powered_walker_env.stride import PASSIVE_CONTROL, Array, StrideBatch, run_batch
+from powered_walker_env.trajectory import log_stride
+
+SECTION_RTOL = 1e-13  # of the strides behind a gait
+POLICY_DIFFERENCE = 1e-4  # step of the differences of a policy without derivatives, natural units
+_STATE, _CONTROL = slice(0, 4), slice(4, 6)
+_CONTROLS = tuple(field.name for field in dataclasses.fields(Control))
+_NUMBERS = tuple(f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics")
+#: What a map can be differentiated by and continued in, in the kernel's order.
+PARAMETERS = (*_CONTROLS, *_NUMBERS)
+
+
+class Policy(Protocol):
+    """A control law: post-strike states (N, 4) to switch angles and stall torques (N, 2)."""
+
+    def __call__(self, states: Array, /) -> Array:
+        """The controls of the strides that begin at these states."""
+
+
+class MapPoint(NamedTuple):
+    """Where the map takes a state, with derivatives; NaN after a fall.
+
+    The directions are the state (4), the constant control (2) and the parameters asked
+    for; under a policy the two control directions move what the policy puts out.
+    """
+
+    state: Array  # (4,) after the strides
+    duration: float  # s, of all of them
+    step_length: float  # m
+    by: Array  # (4, 6 + k) derivatives of the state
+    duration_by: Array  # (6 + k,)
+    step_length_by: Array  # (6 + k,)
+    outcome: Outcome  # of the last stride walked
+
+    @property
+    def by_state(self) -> Array:
+        """(4, 4) the Jacobian of the map."""
+        return self.by[:, _STATE]
+
+    @property
+    def by_control(self) -> Array:
+        """(4, 2) by switch angle, rad, and stall torque, N m."""
+        return self.by[:, _CONTROL]
+
+    @property
+    def by_parameters(self) -> Array:
+        """(4, k) by the parameters asked for."""
+        return self.by[:, 6:]
+
+
+@dataclass(frozen=True, eq=False)
+class StrideMap:
+    """A walker under a constant control, none, or a policy, as a map of post-strike states.
+
+    Raises:
+        ValueError, TypeError: a walker that the control cannot power.
+    """
+
+    params: WalkerParams
+    control: Control | Policy | None
+    rtol: float = SECTION_RTOL
+
+    def __post_init__(self) -> None:
+        constant = Control(1.0, 0.0) if callable(self.control) else self.control
+        check_walkable(self.params, constant)
+
+    @property
+    def cycle(self) -> Cycle:
+        """The phases of its strides."""
+        return PASSIVE_WALKER if self.control is None else POWERED_WALKER
+
+    def controls(self, states: Array) -> Array:
+        """(N, 2) the controls of the strides from these states (N, 4)."""
+        if callable(self.control):
+            chosen = np.asarray(self.control(states), dtype=np.float64)
+            if chosen.shape != (len(states), 2):
+                raise ValueError(
+                    f"a policy must return controls of shape ({len(states)}, 2), got {chosen.shape}"
+                )
+            return np.ascontiguousarray(chosen)
+        return np.tile(control_row(self.control), (len(states), 1))
+
+    def strides(self, states: Array) -> StrideBatch:
+        """One stride from each of the states (N, 4)."""
+        starts, row = np.ascontiguousarray(states), pack(self.params)[np.newaxis]
+        return run_batch(self.cycle, starts, self.controls(starts), row, np.zeros(1), self.rtol)
+
+    def __call__(self, states: Array, strides: int = 1) -> Array:
+        """The states (N, 4) after some strides; NaN for walkers that fell."""
+        for _ in range(strides):
+            states = self.strides(states).state
+        return states
+
+    def differentiate(
+        self, state: Sequence[float] | Array, period: int = 1, by: Sequence[str] = ()
+    ) -> MapPoint:
+        """The map over `period` strides and its derivatives.
+
+        Exact to the integrator's accuracy: the variational equations are carried along
+        (`sensitivity.py`), the chain rule joins strides, and a policy adds its own
+        derivative, by fourth-order differences of the policy alone.
+
+        Args:
+            by: names out of `PARAMETERS`, the parameters to differentiate by.
+
+        Raises:
+            ValueError: an unknown parameter.
+        """
+        directions = _directions(by)
+        x = np.array(state, dtype=np.float64)
+        moved = np.eye(4, len(directions))
+        duration, length = 0.0, 0.0
+        totals = np.zeros((2, len(directions)))
+        outcome = Outcome.WALKED
+        for _ in range(period):
+            row, derivative, outcome = self._stride_derivative(x, directions)
+            x, full = row[kernel.STATE], derivative @ self._chain(x, moved)
+            duration += row[kernel.DURATION]
+            length += row[kernel.STEP_LENGTH]
+            moved = full[:4]
+            totals += full[4:]
+            if outcome != Outcome.WALKED:
+                break
+        return MapPoint(x, duration, length, moved, totals[0], totals[1], outcome)
+
+    def _chain(self, x: Array, moved: Array) -> Array:
+        """How this stride's directions move when those of the first one do."""
+        chained = np.eye(moved.shape[1])
+        chained[_STATE] = moved
+        if callable(self.control):
+            chained[_CONTROL] += policy_derivative(self, x) @ moved
+        return chained
+
+    def _stride_derivative(self, x: Array, directions: Array) -> tuple[Array, Array, Outcome]:
+        results, outcomes = np.empty((1, kernel.RESULTS)), np.empty(1, np.int64)
+        derivatives = np.empty((1, len(directions), OUTPUTS))
+        start = np.ascontiguousarray(x)[np.newaxis]
+        kernel.differentiate_strides(
+            encode(self.cycle),
+            start,
+            self.controls(start),
+            pack(self.params)[np.newaxis],
+            self.rtol,
+            directions,
+            results,
+            outcomes,
+            derivatives,
+        )
+        return results[0], derivatives[0].T, Outcome(int(outcomes[0]))
+
+
+def _directions(by: Sequence[str]) -> Array:
+    """The kernel's directions: state, control, then the parameters named."""
+    everything = np.eye(4 + len(PARAMETERS), 4 + len(PARAMETERS) + 1)  # the last: the physics
+    rows = [*range(6)]
+    for name in by:
+        if name not in PARAMETERS:
+            raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
+        rows.append(4 + PARAMETERS.index(name))
+    return everything[rows]
+
+
+def policy_derivative(stride_map: StrideMap, state: Array) -> Array:
+    """(2, 4) derivative of a policy's control by the state: fourth-order differences."""
+    steps = POLICY_DIFFERENCE * natural_units(stride_map.params)
+    offsets = np.array([-2.0, -1.0, 1.0, 2.0])
+    weights = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+    points = state + (offsets[:, np.newaxis, np.newaxis] * np.diag(steps)).reshape(-1, 4)
+    controls = stride_map.controls(points).reshape(4, 4, 2)
+    derivative: Array = (np.tensordot(weights, controls, axes=1) / steps[:, np.newaxis]).T
+    return derivative
+
+
+def natural_units(params: WalkerParams) -> Array:
+    """Units of a post-strike state, (4,): radians, and radians per √(L/g)."""
+    rate = math.sqrt(params.gravity / params.leg_length)
+    return np.array([1.0, 1.0, rate, rate])
+
+
+def control_row(control: Control | None) -> Array:
+    """The control as (2,) for the kernel."""
+    if control is None:
+        return np.array(PASSIVE_CONTROL)
+    return np.array([control.switch_angle, control.stall_torque])
+
+
+def switch_section(
+    state: PostStrikeState, control: Control, params: WalkerParams
+) -> tuple[float, float, float] | None:
+    """(q1, u1, u3) where the motor starts in the stride from `state`; None if it does not."""
+    logged = log_stride(state, control, params, 0.0, SECTION_RTOL, 0.0)
+    powered = np.flatnonzero(logged.log[:, 7] > 0)
+    if not len(powered):
+        return None
+    phi, _, _, dphi, dalpha, dbeta = logged.log[powered[0], 1:7].tolist()
+    return phi, dphi, dbeta - dalpha
