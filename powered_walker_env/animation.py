@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.drawing import Frame, import_pygame
+from powered_walker_env.files import written_aside
 from powered_walker_env.phases import Outcome
 from powered_walker_env.rendering import Renderer, check_rate
 from powered_walker_env.trajectory import Trajectory
@@ -103,7 +104,7 @@ def save_animation(
     renderer = Renderer(trajectory.params, width=width, height=height)
     frames = renderer.frames(trajectory, fps, speed=speed)
     rest = 0 if trajectory.outcome == Outcome.WALKED else round(FALL_HOLD * fps)
-    with _written_aside(target) as aside:
+    with written_aside(target) as aside:
         write(codec, aside, _rest_on_last(frames, rest), fps, renderer)
     return target
 
@@ -141,17 +142,6 @@ def _import_ffmpeg() -> Any:
             "an MP4 needs imageio-ffmpeg, which is not installed; "
             "pip install imageio-ffmpeg, or save a .gif"
         ) from error
-
-
-@contextlib.contextmanager
-def _written_aside(target: Path) -> Iterator[Path]:
-    """A path beside `target` to write to; it replaces `target` if all goes well."""
-    aside = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
-    try:
-        yield aside
-        os.replace(aside, target)
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def _rest_on_last(frames: Iterator[Frame], count: int) -> Iterator[Frame]:

@@ -10,14 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from powered_walker_env.drawing import Floor, Frame, Painter, Pose, Scene
+from powered_walker_env.camera import Camera, follow, hip_forward
+from powered_walker_env.drawing import Frame, Painter
 from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
+from powered_walker_env.scene import Floor, Pose, Scene
 
 if TYPE_CHECKING:
     from powered_walker_env.trajectory import Trajectory
@@ -27,14 +29,6 @@ Array = npt.NDArray[np.float64]
 CAMERA_RATE = 0.25  # of √(g/L): slow enough to smooth the lurch of each stride away
 SOLE = 0.45  # rad, the least that the sole reaches either way from the locked, upright leg
 SOLE_MARGIN = 0.12  # rad, of sole beyond the outermost contact points
-
-
-class _Camera(NamedTuple):
-    """The point of the floor that the picture is centred on, and how fast it moves."""
-
-    forward: float  # m
-    up: float  # m
-    speed: float  # m/s, forward
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +111,7 @@ class Renderer:
         self.params = self.params if params is None else params
         self._floor = Floor()
         self._stretch: _Stretch | None = None
-        self._camera: _Camera | None = None
+        self._camera: Camera | None = None
         self._strides, self._landing = 0, 0.0  # completed; m, the last contact point
         lock = self.params.locked_ankle_angle
         self._sector = (-lock - SOLE, -lock + SOLE)
@@ -255,50 +249,16 @@ class Renderer:
         Forward it is a critically damped observer of the hip, which settles on the
         walker's mean speed and so keeps up without lagging; up it lags.
         """
-        params = self.params
-        hips = hip_forward(q, foot, params)
-        floor = foot[:, 1] - params.foot_radius
-        camera = self._camera or _Camera(float(hips[0]), float(floor[0]), 0.0)
+        hips, floor = hip_forward(q, foot, self.params), foot[:, 1] - self.params.foot_radius
+        camera = self._camera or Camera(float(hips[0]), float(floor[0]), 0.0)
         if self._strides == 0:  # begin at the mean speed of the first stride
             last = int(np.flatnonzero(stride == stride[0])[-1])
             duration = float(t[last] - t[0])
-            camera = camera._replace(
-                speed=float(hips[last] - hips[0]) / duration if duration > 0 else 0.0
-            )
-        rate = CAMERA_RATE * math.sqrt(params.gravity / params.leg_length)
-        track = [(camera.forward, camera.up)]
-        for i in range(1, len(t)):
-            span = (float(hips[i - 1]), float(hips[i]))
-            camera = _pan(camera, span, float(floor[i]), float(t[i] - t[i - 1]), rate)
-            track.append((camera.forward, camera.up))
-        self._camera = camera
-        return np.array(track)
-
-
-def _pan(
-    camera: _Camera, hips: tuple[float, float], floor: float, dt: float, rate: float
-) -> _Camera:
-    """Move the camera over `dt` while the hip goes evenly between two positions.
-
-    Exact solution of x' = v + 2 rate (hip − x), v' = rate² (hip − x).
-    """
-    if dt <= 0:
-        return camera
-    hip_speed = (hips[1] - hips[0]) / dt
-    behind, slower = hips[0] - camera.forward, hip_speed - camera.speed
-    decay, k = math.exp(-rate * dt), slower - rate * behind
-    return _Camera(
-        forward=hips[1] - (behind + k * dt) * decay,
-        up=floor + (camera.up - floor) * decay,
-        speed=hip_speed - (slower + rate * k * dt) * decay,
-    )
-
-
-def hip_forward(q: Array, foot: Array, params: WalkerParams) -> Array:
-    """Forward position of the hip at each sample, (n,) m."""
-    phi, alpha = q[:, 0], q[:, 0] + q[:, 1]
-    along: Array = foot[:, 0] + params.foot_length * np.sin(phi) + params.leg_length * np.sin(alpha)
-    return along
+            speed = float(hips[last] - hips[0]) / duration if duration > 0 else 0.0
+            camera = camera._replace(speed=speed)
+        rate = CAMERA_RATE * math.sqrt(self.params.gravity / self.params.leg_length)
+        self._camera, track = follow(camera, t, hips, floor, rate)
+        return track
 
 
 def check_rate(name: str, value: float) -> float:

@@ -18,9 +18,7 @@ from powered_walker_env.drawing import (
     SKY,
     SWING_TINT,
     Colour,
-    Floor,
     Frame,
-    Pose,
     mark_spacing,
     mixed,
 )
@@ -28,6 +26,7 @@ from powered_walker_env.params import Control
 from powered_walker_env.phases import Outcome
 from powered_walker_env.presets import PRESETS
 from powered_walker_env.rendering import Renderer
+from powered_walker_env.scene import Floor, Pose
 from powered_walker_env.trajectory import Trajectory, walk
 
 NAMES = ["camp1997", "camp1997-as-published", "round-foot"]
