@@ -13,6 +13,7 @@ from powered_walker_env.integrator import DIMENSION, STAGES, dense_state, prepar
 from powered_walker_env.phases import Guard
 from powered_walker_env.physics.ground import (
     LANDING,
+    comes_down,
     guard_value,
     legs_have_passed,
     upright,
@@ -101,7 +102,7 @@ def crossing(guard, joints, w, ends, switch_angle, step_height, c):
                 return 2.0
     fraction = _fall_between(guard, joints, w, low, high, switch_angle, step_height, c)
     dense_state(w, fraction)
-    if guard == LANDING and not legs_have_passed(w.work):
+    if guard == LANDING and not comes_down(joints, w.work, c):
         return 2.0  # scuffing: allowed, as in the thesis
     return fraction
 

@@ -15,20 +15,32 @@ from powered_walker_env.events import FALL, find_event, guard_at, step_onto
 from powered_walker_env.integrator import (
     DIMENSION,
     STAGES,
-    dense_state,
     error_norm,
-    prepare_dense,
     start,
     step,
     step_factor,
     workspace,
 )
 from powered_walker_env.phases import MAX_EXITS, Guard, Joints, Outcome, Reset, Torque
-from powered_walker_env.physics.actuation import ankle_power
 from powered_walker_env.physics.constants import unpack
-from powered_walker_env.physics.ground import clearance, legs_have_passed, name_fall, swing_foot
+from powered_walker_env.physics.ground import name_fall, swing_foot
 from powered_walker_env.physics.heel_strike import heel_strike
-from powered_walker_env.physics.swing import energy, kinetic_energy
+from powered_walker_env.physics.swing import kinetic_energy
+from powered_walker_env.record import (
+    DURATION,
+    ENERGY_IN,
+    ENERGY_LOST,
+    FINAL,
+    LOG_COLUMNS,
+    MIN_CLEARANCE,
+    STATE,
+    STEP_LENGTH,
+    energy_at,
+    log_step,
+    track_clearance,
+    track_work,
+    write_log,
+)
 from powered_walker_env.sensitivity import (
     Directions,
     begin,
@@ -36,15 +48,6 @@ from powered_walker_env.sensitivity import (
     pass_heel_strike,
     propagate,
 )
-
-# Columns of a row of results.
-STATE = slice(0, 4)  # post-strike state (α, s, α', β'); NaN unless the walker walked
-FINAL = slice(4, 10)  # φ, α, β and rates at the end, before any heel strike
-DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE, LOGGED = range(10, 17)
-RESULTS = 17
-
-# Columns of a row of the log: time, φ, α, β and rates, phase.
-LOG_COLUMNS = 8
 
 LOCKED, NONE = int(Joints.ANKLE_LOCKED), int(Torque.NONE)
 SWITCH_ANGLE, HEEL_STRIKE = int(Guard.SWITCH_ANGLE), int(Reset.HEEL_STRIKE)
@@ -58,75 +61,6 @@ SHORTEST_STEP = 1e-12
 MAX_STEPS = 20_000
 MAX_PHASES = 16
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
-
-
-@kernel
-def _hermite_minimum(value, slope, value_end, slope_end):
-    """Least value of the cubic with these ends (slopes per step) if it turns inside, else inf."""
-    if not (slope < 0.0 < slope_end):
-        return math.inf
-    a = 2.0 * (value - value_end) + slope + slope_end
-    b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
-    x = (
-        (-b + math.sqrt(max(0.0, b * b - 3.0 * a * slope))) / (3.0 * a)
-        if a != 0.0
-        else (-slope / (2.0 * b))
-    )
-    return value + x * (slope + x * (b + x * a))
-
-
-@kernel
-def _positive_gain(value, slope, value_end, slope_end):
-    """How much a quantity rises over a step, its falls left out (at most one turn inside)."""
-    low = _hermite_minimum(value, slope, value_end, slope_end)
-    if low < math.inf:
-        return max(0.0, value_end - low)
-    high = -_hermite_minimum(-value, -slope, -value_end, -slope_end)
-    if high > -math.inf:
-        return max(0.0, high - value)
-    return max(0.0, value_end - value)
-
-
-@kernel
-def _energy_at(y, c):
-    return energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
-
-
-@kernel
-def _track_clearance(w, h, step_height, c, result):
-    """Lower MIN_CLEARANCE to the swing foot's lowest point over a step with the legs passed."""
-    if not legs_have_passed(w.y_new):
-        return
-    height_end, rate_end = clearance(w.y_new, c)
-    low = height_end
-    if legs_have_passed(w.y):
-        height, rate = clearance(w.y, c)
-        low = min(low, _hermite_minimum(height, rate * h, height_end, rate_end * h))
-    result[MIN_CLEARANCE] = min(result[MIN_CLEARANCE], low - step_height)
-
-
-@kernel
-def _log(t, y, phase, log, result):
-    """Append a row to the log if there is room."""
-    row = int(result[LOGGED])
-    if row < log.shape[0]:
-        log[row, 0] = t
-        log[row, 1:7] = y
-        log[row, 7] = phase
-        result[LOGGED] = row + 1
-
-
-@kernel
-def _log_step(joints, torque, t, h, interval, phase, w, stall_torque, c, log, result):
-    """Log the multiples of `interval` inside a step that begins at t."""
-    k = math.floor(t / interval) + 1.0
-    if k * interval >= t + h:
-        return
-    prepare_dense(joints, torque, w, h, stall_torque, c)
-    while k * interval < t + h and result[LOGGED] < log.shape[0]:
-        dense_state(w, (k * interval - t) / h)
-        _log(k * interval, w.work, phase, log, result)
-        k += 1.0
 
 
 @kernel
@@ -188,18 +122,13 @@ def _run_phase(
                 guards[over], joints, torque, w, h, fraction * h, control, step_height, c
             )
         if interval > 0.0:
-            _log_step(joints, torque, t, length, interval, phase, w, control[1], c, log, result)
+            log_step(joints, torque, t, length, interval, phase, w, control[1], c, log, result)
         if directions is not None:
             propagate(joints, torque, w, length, correction, fresh, control, row, c, directions)
         taken, fresh = length + correction, False
-        _track_clearance(w, taken, step_height, c, result)
+        track_clearance(w, taken, step_height, c, result)
         if torque != NONE:
-            result[POSITIVE_WORK] += _positive_gain(
-                _energy_at(w.y, c),
-                ankle_power(torque, w.y, control[1], c) * taken,
-                _energy_at(w.y_new, c),
-                ankle_power(torque, w.y_new, control[1], c) * taken,
-            )
+            track_work(torque, w, taken, control[1], c, result)
         t += taken
         h *= step_factor(error)
         for i in range(DIMENSION):
@@ -258,18 +187,18 @@ def run_stride(cycle, state, control, row, step_height, rtol, interval, log, res
         begin(directions)
     first_phi, before_strike = w.y[0], np.empty(DIMENSION)
     t, phase, outcome = 0.0, 0, STEP_LIMIT
-    _log(t, w.y, phase, log, result)
+    write_log(t, w.y, phase, log, result)
     for _ in range(MAX_PHASES):
         powered = cycle[phase][1] != NONE
         acting = (cycle[phase][0], cycle[phase][1])
-        before, began = _energy_at(w.y, c) if powered else 0.0, t
+        before, began = energy_at(w.y, c) if powered else 0.0, t
         to, reset, guard, t = _run_phase(
             cycle[phase], phase, t, w, control, row, c, step_height, rtol, interval, log, result,
             directions,
         )  # fmt: skip
         if powered:
-            result[ENERGY_IN] += _energy_at(w.y, c) - before
-        _log(t, w.y, phase, log, result)
+            result[ENERGY_IN] += energy_at(w.y, c) - before
+        write_log(t, w.y, phase, log, result)
         if reset == HEEL_STRIKE:
             result[FINAL] = w.y
             result[STEP_LENGTH] = swing_foot(w.y[0], w.y[1], w.y[2], c).imag + c.R * (
@@ -288,7 +217,7 @@ def run_stride(cycle, state, control, row, step_height, rtol, interval, log, res
             outcome = -1 - to
             break
         phase = to
-        _log(t, w.y, phase, log, result)
+        write_log(t, w.y, phase, log, result)
     result[DURATION] = t
     if outcome != WALKED:
         result[STATE] = math.nan

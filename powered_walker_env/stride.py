@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env import kernel
+from powered_walker_env import kernel, record
 from powered_walker_env.params import (
     Control,
     PostStrikeState,
@@ -59,7 +59,7 @@ class StrideBatch:
     final_q: Array  # (N, 3)
     final_u: Array  # (N, 3)
     outcome: NDArray[np.int64]  # (N,), values of `Outcome`
-    results: Array = field(repr=False)  # (N, kernel.RESULTS): the kernel's rows
+    results: Array = field(repr=False)  # (N, record.RESULTS): the kernel's rows
 
     @property
     def walked(self) -> NDArray[np.bool_]:
@@ -69,32 +69,32 @@ class StrideBatch:
     @property
     def duration(self) -> Array:
         """(N,) s."""
-        return self.results[:, kernel.DURATION]
+        return self.results[:, record.DURATION]
 
     @property
     def step_length(self) -> Array:
         """(N,) m."""
-        return self.results[:, kernel.STEP_LENGTH]
+        return self.results[:, record.STEP_LENGTH]
 
     @property
     def energy_in(self) -> Array:
         """(N,) J."""
-        return self.results[:, kernel.ENERGY_IN]
+        return self.results[:, record.ENERGY_IN]
 
     @property
     def positive_work(self) -> Array:
         """(N,) J."""
-        return self.results[:, kernel.POSITIVE_WORK]
+        return self.results[:, record.POSITIVE_WORK]
 
     @property
     def energy_lost(self) -> Array:
         """(N,) J."""
-        return self.results[:, kernel.ENERGY_LOST]
+        return self.results[:, record.ENERGY_LOST]
 
     @property
     def min_clearance(self) -> Array:
         """(N,) m."""
-        return self.results[:, kernel.MIN_CLEARANCE]
+        return self.results[:, record.MIN_CLEARANCE]
 
 
 def stride(
@@ -186,9 +186,9 @@ def run_batch(
 
 def batch_of(results: Array, outcomes: NDArray[np.int64]) -> StrideBatch:
     """The kernel's rows as a `StrideBatch`."""
-    final = results[:, kernel.FINAL]
+    final = results[:, record.FINAL]
     return StrideBatch(
-        results[:, kernel.STATE], relative(final[:, :3]), relative(final[:, 3:]), outcomes, results
+        results[:, record.STATE], relative(final[:, :3]), relative(final[:, 3:]), outcomes, results
     )
 
 
@@ -217,7 +217,7 @@ def _run(
     cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
 ) -> tuple[Array, NDArray[np.int64]]:
     count = len(states)
-    results = np.empty((count, kernel.RESULTS))
+    results = np.empty((count, record.RESULTS))
     outcomes = np.empty(count, np.int64)
     code = encode(cycle)
 
@@ -239,12 +239,12 @@ def _run(
 
 def _stride_of(row: Array, outcome: Outcome) -> Stride:
     values = row.tolist()
-    phi, alpha, beta, dphi, dalpha, dbeta = values[kernel.FINAL]
+    phi, alpha, beta, dphi, dalpha, dbeta = values[record.FINAL]
     return Stride(
-        PostStrikeState(*values[kernel.STATE]),
+        PostStrikeState(*values[record.STATE]),
         Final((phi, alpha - phi, beta - alpha), (dphi, dalpha - dphi, dbeta - dalpha)),
         outcome,
-        *values[kernel.DURATION : kernel.LOGGED],
+        *values[record.DURATION : record.LOGGED],
     )
 
 
@@ -284,5 +284,5 @@ def _heights(step_height: ArrayLike, count: int) -> Array:
     heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
     if heights.shape not in ((1,), (count,)):
         raise ValueError(f"step_height must be one height or {count}, got shape {heights.shape}")
-    _require_rows(np.isfinite(heights), "step_height", "be finite", heights)
+    _require_rows(np.atleast_1d(np.isfinite(heights)), "step_height", "be finite", heights)
     return np.ascontiguousarray(heights)

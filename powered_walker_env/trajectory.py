@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env import kernel
+from powered_walker_env import kernel, record
 from powered_walker_env.params import (
     Control,
     PostStrikeState,
@@ -68,7 +68,7 @@ class LoggedStride(NamedTuple):
     """One stride with its samples."""
 
     log: Array  # (n, 8): t, φ, α, β, their rates, phase
-    result: Array  # (kernel.RESULTS,)
+    result: Array  # (record.RESULTS,)
     outcome: Outcome
 
 
@@ -83,8 +83,8 @@ def log_stride(
     """One stride with a sample every `interval` seconds (0: events only); inputs known good."""
     longest = kernel.TIME_LIMIT * math.sqrt(params.leg_length / params.gravity)
     samples = 0 if interval == 0 else math.ceil(longest / interval)
-    log = np.empty((EVENT_ROWS + samples, kernel.LOG_COLUMNS))
-    result = np.empty(kernel.RESULTS)
+    log = np.empty((EVENT_ROWS + samples, record.LOG_COLUMNS))
+    result = np.empty(record.RESULTS)
     angles = PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
     outcome = kernel.run_stride(
         encode(cycle_of(control)),
@@ -98,7 +98,7 @@ def log_stride(
         result,
         None,
     )
-    return LoggedStride(log[: int(result[kernel.LOGGED])], result, Outcome(int(outcome)))
+    return LoggedStride(log[: int(result[record.LOGGED])], result, Outcome(int(outcome)))
 
 
 def walk(
@@ -144,7 +144,7 @@ def walk(
         builder.add(logged, cycle_of(chosen), float(height))
         if logged.outcome != Outcome.WALKED:
             break
-        checked = PostStrikeState(*logged.result[kernel.STATE].tolist())
+        checked = PostStrikeState(*logged.result[record.STATE].tolist())
     return builder.build()
 
 
@@ -179,12 +179,12 @@ class TrajectoryBuilder:
         self._note_events(t, log, cycle, number)
         self._t = float(t[-1])
         if logged.outcome == Outcome.WALKED:
-            self._landings.append(self._landings[-1] + float(logged.result[kernel.STEP_LENGTH]))
+            self._landings.append(self._landings[-1] + float(logged.result[record.STEP_LENGTH]))
             self._ground.append(self._ground[-1] + height)
         else:
             self._landings.append(self._landings[-1])
             self._ground.append(self._ground[-1])
-        self._states.append(logged.result[kernel.STATE].copy())
+        self._states.append(logged.result[record.STATE].copy())
         self._outcome = logged.outcome
 
     def _note_events(self, t: Array, log: Array, cycle: tuple[Phase, ...], number: int) -> None:

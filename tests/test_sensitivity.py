@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, WalkerParams, kernel
+from powered_walker_env import PRESETS, Control, WalkerParams, kernel, record
 from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
 from powered_walker_env.physics.constants import pack
 from powered_walker_env.poincare.maps import StrideMap, control_row
@@ -18,7 +18,7 @@ DIRECTIONS = 17  # state 4, control 2, and the 11 numbers of a packed walker
 
 def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
     """(OUTPUTS, DIRECTIONS) by the variational equations."""
-    results, outcomes = np.empty((1, kernel.RESULTS)), np.empty(1, np.int64)
+    results, outcomes = np.empty((1, record.RESULTS)), np.empty(1, np.int64)
     derivatives = np.empty((1, DIRECTIONS, OUTPUTS))
     kernel.differentiate_strides(
         encode(cycle), point[np.newaxis, :4], point[np.newaxis, 4:6], point[np.newaxis, 6:],
@@ -30,11 +30,11 @@ def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
 
 def outputs(cycle: Cycle, points: Array) -> Array:
     """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
-    results, outcomes = np.empty((len(points), kernel.RESULTS)), np.empty(len(points), np.int64)
+    results, outcomes = np.empty((len(points), record.RESULTS)), np.empty(len(points), np.int64)
     parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6), slice(6, 18)))
     kernel.run_strides(encode(cycle), *parts, np.zeros(1), 1e-13, results, outcomes)
-    wanted = (kernel.DURATION, kernel.STEP_LENGTH)
-    return np.column_stack([results[:, kernel.STATE], *(results[:, k] for k in wanted)])
+    wanted = (record.DURATION, record.STEP_LENGTH)
+    return np.column_stack([results[:, record.STATE], *(results[:, k] for k in wanted)])
 
 
 def difference(cycle: Cycle, point: Array, column: int, h: float) -> Array:

@@ -233,3 +233,14 @@ def test_a_passive_step_depends_smoothly_on_a_step_of_the_ground(
     uneven = stride(gait.state, None, gait.params, step_height=height)
     assert uneven.outcome == Outcome.WALKED
     assert uneven.state == pytest.approx(flat.state, abs=100 * abs(height) + 1e-9)
+
+
+@pytest.mark.parametrize("height", [1e-9, -1e-9, 1e-5, -1e-5, 3e-4, -3e-4])
+def test_a_foot_that_scuffs_as_the_legs_pass_does_not_land_on_a_small_step_down(
+    height: float,
+) -> None:
+    preset = PRESETS["round-foot"]  # its swing foot is under the floor as it passes
+    flat = stride(preset.state, preset.control, preset.params)
+    uneven = stride(preset.state, preset.control, preset.params, step_height=height)
+    assert uneven.outcome == Outcome.WALKED
+    assert uneven.state == pytest.approx(flat.state, abs=10 * abs(height) + 1e-8)

@@ -80,6 +80,20 @@ def legs_have_passed(y):
 
 
 @kernel
+def comes_down(joints, y, c):
+    """Whether the swing foot, reaching the floor at `y`, lands there instead of scuffing.
+
+    It must be ahead. With both feet locked it must also come down by the factor of
+    `locked_landing`: a foot that scuffs as the legs pass does so on the floor that the
+    other one stands on, and not on a step down, however small.
+    """
+    if not legs_have_passed(y):
+        return False
+    _, rate = locked_landing(y, c)
+    return joints != LOCKED or rate < 0.0
+
+
+@kernel
 def upright(joints, y, c):
     """How far the walker is from a fall (dimensionless), and its rate; a fall is zero.
 

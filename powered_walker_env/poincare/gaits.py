@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env import kernel
+from powered_walker_env import record
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
@@ -142,13 +142,16 @@ def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
     return np.where(np.isfinite(distance), distance, np.inf)
 
 
-def newton(stride_map: StrideMap, state: Array, period: int) -> tuple[Array | None, str]:
+def newton(
+    stride_map: StrideMap, state: Array, period: int, converged: float = CONVERGED
+) -> tuple[Array | None, str]:
     """A fixed point near `state` by damped Newton, or None and why not."""
-    point = stride_map.differentiate(state, period)
-    if point.outcome != Outcome.WALKED:
-        return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
-    residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
+    point, residual = stride_map.differentiate(state, period), np.inf
+    if point.outcome == Outcome.WALKED:
+        residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
     for _ in range(NEWTON_STEPS):
+        if not np.isfinite(point.by_state).all():
+            return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
         change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
         trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
         residuals = residuals_of(stride_map, trials, period)
@@ -157,7 +160,7 @@ def newton(stride_map: StrideMap, state: Array, period: int) -> tuple[Array | No
             break
         state, residual = trials[better[0]], float(residuals[better[0]])
         point = stride_map.differentiate(state, period)
-    if residual <= CONVERGED:
+    if residual <= converged:
         return state, ""
     return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
 
@@ -170,7 +173,7 @@ def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> 
     states, work = [state], []
     for _ in range(period):
         batch = stride_map.strides(states[-1][np.newaxis])
-        work.append(float(batch.results[0, kernel.POSITIVE_WORK]))
+        work.append(float(batch.results[0, record.POSITIVE_WORK]))
         states.append(batch.state[0])
     first = PostStrikeState(*state.tolist())
     at_switch = None
