@@ -3,25 +3,51 @@
 The kernels release the GIL and treat every row by itself, so plain threads do: nothing
 to compile twice, no runtime of its own to clash with torch or with `fork`, and the
 result of a row cannot depend on how many threads there are.
+
+`POWERED_WALKER_THREADS` in the environment sets how many threads a process uses; the
+pieces of a larger job limit themselves to their share (`at_most`).
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import ContextVar
 
 SMALLEST_SHARE = 16  # rows worth handing to a thread: about half a millisecond of strides
+THREADS_VARIABLE = "POWERED_WALKER_THREADS"
 
 _pool: ThreadPoolExecutor | None = None
+_limit: ContextVar[int | None] = ContextVar("limit", default=None)
 
 
 def cores() -> int:
-    """Cores this process may use."""
+    """Cores this process may use: those it has, or as many as the environment says.
+
+    Raises:
+        ValueError: a number of threads in the environment that is not a positive integer.
+    """
+    asked = os.environ.get(THREADS_VARIABLE, "")
+    if asked:
+        if not asked.isdecimal() or int(asked) < 1:
+            raise ValueError(f"{THREADS_VARIABLE} must be a positive integer, got {asked!r}")
+        return int(asked)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def at_most(threads: int) -> Iterator[None]:
+    """Use no more than so many threads for the batches inside, in this thread of the program."""
+    token = _limit.set(threads)
+    try:
+        yield
+    finally:
+        _limit.reset(token)
 
 
 def _forget_pool() -> None:
@@ -36,7 +62,7 @@ if hasattr(os, "register_at_fork"):
 def run_in_slices(work: Callable[[slice], None], rows: int) -> None:
     """Call `work` on slices that together cover `rows`, on as many cores as pay."""
     global _pool
-    shares = min(cores(), rows // SMALLEST_SHARE)
+    shares = min(_limit.get() or cores(), rows // SMALLEST_SHARE)
     if shares < 2:
         work(slice(0, rows))
         return

@@ -1,14 +1,74 @@
-"""Gaits as fixed points of the stride map (Camp 1997, section 7)."""
+"""The stride map and what is asked of it (Camp 1997, section 7), by question:
 
+- what is the map, and its derivative? `maps`;
+- which gaits are there? `gaits` (near a guess), `search` (everywhere, or of a given speed);
+- how do they change with a parameter? `continuation` (with `families`, `arclength`,
+  `branch`, `special_points`), `boundary` for two parameters, `ramps` by brute force;
+- how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
+- from where are they reached? `basins` (with `slices`, `trapping`), and from where could
+  any controller reach them? `viability` (with `regulator`);
+- is the contact what the model takes it for? `contact` (with `ground_force`);
+- long studies in pieces: `pieces`, `checkpoint`.
+"""
+
+from powered_walker_env.poincare.arclength import CurveEnd, EndReason
+from powered_walker_env.poincare.basins import Basin, BasinVolume, basin, basin_volume
+from powered_walker_env.poincare.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branch import Branch
+from powered_walker_env.poincare.contact import ContactReport, contact_of, contact_report
+from powered_walker_env.poincare.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
+from powered_walker_env.poincare.lyapunov import LyapunovExponent, lyapunov_exponent
 from powered_walker_env.poincare.maps import PARAMETERS, MapPoint, Policy, StrideMap
+from powered_walker_env.poincare.pieces import LostWorkersError, run_pieces
+from powered_walker_env.poincare.ramps import BifurcationDiagram, bifurcation_diagram
+from powered_walker_env.poincare.regulator import Regulator, regulate
+from powered_walker_env.poincare.robustness import GaitSensitivity, gait_sensitivity
+from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.slices import Slice
+from powered_walker_env.poincare.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare.transitions import TransitionTimes, transition_times
+from powered_walker_env.poincare.viability import Viability, viable_states
 
 __all__ = [
     "PARAMETERS",
+    "Basin",
+    "BasinVolume",
+    "BifurcationDiagram",
+    "Boundary",
+    "Branch",
+    "ContactReport",
+    "CurveEnd",
+    "EndReason",
     "Gait",
     "GaitNotFoundError",
+    "GaitSensitivity",
+    "LostWorkersError",
+    "LyapunovExponent",
     "MapPoint",
     "Policy",
+    "Regulator",
+    "Slice",
+    "SpecialKind",
+    "SpecialPoint",
     "StrideMap",
+    "TransitionTimes",
+    "Viability",
+    "basin",
+    "basin_volume",
+    "bifurcation_diagram",
+    "contact_of",
+    "contact_report",
+    "continue_boundary",
+    "continue_gait",
     "find_gait",
+    "find_gait_with",
+    "find_gaits",
+    "gait_sensitivity",
+    "lyapunov_exponent",
+    "regulate",
+    "run_pieces",
+    "switch_branch",
+    "transition_times",
+    "viable_states",
 ]

@@ -1,0 +1,183 @@
+"""Families of gaits: the fixed-point equation with some of the walker's parameters free.
+
+Unknowns are scaled, u = (state / natural units, values / scales), so that arclength and
+Newton steps mean the same for a leg's angle and for a stall torque of 700 N m.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.phases import Outcome
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
+from powered_walker_env.poincare.maps import (
+    PARAMETERS,
+    MapPoint,
+    Policy,
+    StrideMap,
+    natural_units,
+)
+from powered_walker_env.stride import Array
+
+CONTROLS = tuple(field.name for field in dataclasses.fields(Control))
+STATE_SIZE = 4
+SHORTEST_STRIDE = 1e-3  # leg lengths; less is standing, where the equations are all rounding
+Bounds = tuple[float, float]  # (low, high) of a parameter
+
+
+class OffCurveError(GaitNotFoundError):
+    """The equations have no value here; `fell` says whether because the walker falls."""
+
+    def __init__(self, message: str, *, fell: bool = False) -> None:
+        super().__init__(message)
+        self.fell = fell
+
+
+class Equations(NamedTuple):
+    """F(u) and its derivative; a curve of solutions has one more unknown than equations."""
+
+    residual: Array  # (m,)
+    jacobian: Array  # (m, m + 1)
+    multipliers: NDArray[np.complex128]  # (4,) of the gait, largest first
+    point: MapPoint  # the stride map there
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """The gaits of one walker with the parameters `names` free.
+
+    Raises:
+        ValueError: a name that is no parameter, or none of this walker.
+    """
+
+    params: WalkerParams
+    control: Control | Policy | None
+    names: tuple[str, ...]
+    scales: Array  # (k,) units of the parameters
+    period: int = 1
+
+    def __post_init__(self) -> None:
+        for name in self.names:
+            check_parameter(name, self.control)
+
+    @functools.cached_property
+    def units(self) -> Array:
+        """(4 + k,) of the unknowns."""
+        return np.concatenate([natural_units(self.params), self.scales])
+
+    def values(self, u: Array) -> Array:
+        """(k,) the parameters in their own units."""
+        values: Array = u[STATE_SIZE : STATE_SIZE + len(self.names)] * self.scales
+        return values
+
+    def state(self, u: Array) -> Array:
+        """(4,) the post-strike state in its own units."""
+        state: Array = u[:STATE_SIZE] * self.units[:STATE_SIZE]
+        return state
+
+    def unknowns(self, state: Sequence[float] | Array, values: Sequence[float] | Array) -> Array:
+        """The scaled unknowns of a state and parameter values."""
+        unknowns: Array = np.concatenate([np.asarray(state), np.asarray(values)]) / self.units
+        return unknowns
+
+    def current(self) -> Array:
+        """(k,) the values of the parameters in the walker that the family was made from."""
+        return np.array([value_of(self.params, self.control, name) for name in self.names])
+
+    def walker(self, values: Array) -> tuple[WalkerParams, Control | Policy | None]:
+        """The walker and control with the free parameters at these values.
+
+        Raises:
+            ValueError: a value outside the parameter's domain.
+        """
+        params, control = self.params, self.control
+        for name, value in zip(self.names, values.tolist(), strict=True):
+            if name in CONTROLS and isinstance(control, Control):
+                control = dataclasses.replace(control, **{name: value})
+            else:
+                params = params.replace(**{name: value})
+        return params, control
+
+    def stride_map(self, values: Array) -> StrideMap:
+        """The map with the free parameters at these values."""
+        return StrideMap(*self.walker(values))
+
+    def evaluate(self, u: Array) -> Equations:
+        """x ↦ fⁿ(x; p) − x and its derivative, scaled.
+
+        Raises:
+            OffCurveError: the walker falls, or a parameter leaves its domain.
+        """
+        try:
+            stride_map = self.stride_map(self.values(u))
+        except ValueError as error:
+            raise OffCurveError(str(error)) from error
+        state = self.state(u)
+        point = stride_map.differentiate(state, self.period, self.names)
+        if point.outcome != Outcome.WALKED:
+            raise OffCurveError(f"a stride ends with: {point.outcome.label}", fell=True)
+        state_units = self.units[:STATE_SIZE]
+        moved = np.concatenate([point.by_state, point.by_parameters], axis=1)
+        jacobian = moved * self.units / state_units[:, np.newaxis]
+        jacobian[:, :STATE_SIZE] -= np.eye(STATE_SIZE)
+        residual = (point.state - state) / state_units
+        return Equations(residual, jacobian, multipliers_of(point.by_state), point)
+
+
+def multipliers_of(jacobian: Array) -> NDArray[np.complex128]:
+    """The multipliers of a (4, 4) Jacobian, largest first."""
+    multipliers = np.linalg.eigvals(jacobian).astype(complex)
+    return multipliers[np.argsort(-abs(multipliers), kind="stable")]
+
+
+def check_parameter(name: str, control: Control | Policy | None) -> None:
+    """Reject a name that this walker has no such parameter for.
+
+    Raises:
+        ValueError: with the names there are.
+    """
+    if name not in PARAMETERS:
+        raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
+    if name in CONTROLS and not isinstance(control, Control):
+        walker = "a passive walker" if control is None else "a walker under a policy"
+        others = ", ".join(n for n in PARAMETERS if n not in CONTROLS)
+        raise ValueError(
+            f"parameter must not be {name!r} for {walker}, which has no constant control; "
+            f"choose one of {others}"
+        )
+
+
+def value_of(params: WalkerParams, control: Control | Policy | None, name: str) -> float:
+    """The value of a parameter in a walker and its control."""
+    return float(getattr(control if name in CONTROLS else params, name))
+
+
+def family_within(
+    gait: Gait, names: Sequence[str], bounds: Sequence[Bounds], period: int | None = None
+) -> Family:
+    """The family of a gait with parameters between bounds, whose widths are the scales.
+
+    Raises:
+        ValueError: bounds that do not hold the gait, or leave a parameter's domain.
+    """
+    for low, high in bounds:
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueError(f"bounds must be finite and rising, got {(low, high)!r}")
+    scales = np.array([high - low for low, high in bounds], dtype=np.float64)
+    family = Family(gait.params, gait.control, tuple(names), scales, period or gait.period)
+    for name, value, (low, high) in zip(names, family.current().tolist(), bounds, strict=True):
+        if not low <= value <= high:
+            raise ValueError(f"bounds must hold the gait's {name} = {value!r}, got {(low, high)!r}")
+    for corner in itertools.product(*bounds):
+        family.stride_map(np.array(corner, dtype=np.float64))  # raises outside the domain
+    return family
