@@ -1,65 +1,27 @@
-"""The command line: `powered-walker walk`, `gait`, `presets`.
-
-Each command is a function from parsed arguments to a result that can be printed as text
-or, with --json, as one JSON object.
-"""
+"""`powered-walker walk`, `gait`, `presets`: one walker walking."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
-from collections.abc import Callable, Sequence
-from importlib.metadata import version
-from typing import Any, NamedTuple
+import dataclasses
+from typing import Any
 
 import numpy as np
 
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams
+from powered_walker_env.cli.options import add_command, add_walker, gait_of, walker_of
+from powered_walker_env.cli.output import Report, add_out, check_out, figures, put_out
+from powered_walker_env.params import Control
 from powered_walker_env.phases import Outcome
-from powered_walker_env.poincare import Gait, GaitNotFoundError, find_gait
+from powered_walker_env.poincare import Gait
+from powered_walker_env.poincare.contact import ContactReport, contact_of
 from powered_walker_env.presets import PRESETS
 from powered_walker_env.trajectory import Trajectory, walk
 
 
-class Report(NamedTuple):
-    """What a command found: for people and for programs."""
-
-    text: str
-    data: dict[str, Any]
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status (2 for a bad argument, 1 for no result)."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    command: Callable[[argparse.Namespace], Report] = options.command
-    try:
-        report = command(options)
-    except GaitNotFoundError as error:
-        print(f"powered-walker: {error}", file=sys.stderr)
-        return 1
-    except (ValueError, TypeError, ImportError, OSError) as error:
-        print(f"powered-walker: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("powered-walker: interrupted", file=sys.stderr)
-        return 130
-    print(json.dumps(report.data, indent=2) if options.json else report.text)
-    return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="powered-walker",
-        description="A nearly passive powered walker: strides, walks and gaits.",
-    )
-    parser.add_argument(
-        "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
-    )
-    commands = parser.add_subparsers(required=True, metavar="command")
-    walking = _add(commands, "walk", _walk, "walk from the gait's state, stride by stride")
-    _add_walker(walking)
+def add_commands(commands: Any) -> None:
+    """Add this family's commands."""
+    walking = add_command(commands, "walk", _walk, "walk from the gait's state, stride by stride")
+    add_walker(walking)
     walking.add_argument("--strides", type=int, default=10, help="at most (default %(default)s)")
     walking.add_argument(
         "--push",
@@ -70,44 +32,17 @@ def _parser() -> argparse.ArgumentParser:
         help="rad/s added to both leg rates at the start",
     )
     walking.add_argument("--animation", metavar="FILE", help="write a .gif or .mp4 of the walk")
-    gait = _add(commands, "gait", _gait, "find the limit cycle and its multipliers")
-    _add_walker(gait)
+    gait = add_command(
+        commands, "gait", _gait, "find the limit cycle, its multipliers and its contact forces"
+    )
+    add_walker(gait)
     gait.add_argument("--period", type=int, default=1, help="strides (default %(default)s)")
-    _add(commands, "presets", _presets, "list the walkers that come with the package")
-    return parser
-
-
-def _add(
-    commands: Any, name: str, command: Callable[[argparse.Namespace], Report], text: str
-) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(command=command)
-    return parser
-
-
-def _add_walker(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--preset", default="camp1997", choices=PRESETS, help="(default %(default)s)"
-    )
-    parser.add_argument("--switch-angle", type=float, help="rad; the preset's if left out")
-    parser.add_argument("--stall-torque", type=float, help="N m; the preset's if left out")
-
-
-def _walker(options: argparse.Namespace) -> tuple[WalkerParams, Control, PostStrikeState]:
-    params, control, state, _ = PRESETS[options.preset]
-    if control is None:
-        raise ValueError(f"--preset must be a powered walker, got {options.preset!r}")
-    angle, torque = options.switch_angle, options.stall_torque
-    chosen = Control(
-        control.switch_angle if angle is None else angle,
-        control.stall_torque if torque is None else torque,
-    )
-    return params, chosen, state
+    add_out(gait)
+    add_command(commands, "presets", _presets, "list the walkers that come with the package")
 
 
 def _walk(options: argparse.Namespace) -> Report:
-    params, control, state = _walker(options)
+    params, control, state = walker_of(options)
     stance, swing = options.push
     start = state._replace(
         stance_rate=state.stance_rate + stance, swing_rate=state.swing_rate + swing
@@ -146,15 +81,16 @@ def _walk_text(walked: Trajectory) -> str:
 
 
 def _gait(options: argparse.Namespace) -> Report:
-    params, control, state = _walker(options)
-    try:
-        gait = find_gait(params, control, state, period=options.period)
-    except GaitNotFoundError:
-        gait = find_gait(params, control, period=options.period)
-    return Report(_gait_text(gait), _gait_data(gait))
+    check_out(options)
+    gait = gait_of(options, options.period)
+    contact = contact_of(gait)
+    report = Report(_gait_text(gait, contact), gait_data(gait) | {"contact": _contact(contact)})
+    title = f"Gait of {options.preset}: largest multiplier {gait.spectral_radius:.4f}"
+    return put_out(options, report, gait, lambda: figures().gait_figure(gait, title=title))
 
 
-def _gait_data(gait: Gait) -> dict[str, Any]:
+def gait_data(gait: Gait) -> dict[str, Any]:
+    """A gait for programs."""
     return {
         "params": gait.params.to_dict(),
         "control": [gait.control.switch_angle, gait.control.stall_torque]
@@ -173,8 +109,14 @@ def _gait_data(gait: Gait) -> dict[str, Any]:
     }
 
 
-def _gait_text(gait: Gait) -> str:
+def _contact(contact: ContactReport) -> dict[str, Any]:
+    numbers = dataclasses.asdict(contact) | {"outcome": contact.outcome.label}
+    return numbers | {"violations": list(contact.violations())}
+
+
+def _gait_text(gait: Gait, contact: ContactReport) -> str:
     multipliers = ", ".join(f"{value:.4f}" for value in gait.multipliers)
+    broken = contact.violations() or ("nothing that the model assumes is broken",)
     return "\n".join(
         [
             f"post-strike state (α, s, α', β')  {', '.join(f'{x:.6f}' for x in gait.state)}",
@@ -185,6 +127,12 @@ def _gait_text(gait: Gait) -> str:
             f"step length                       {gait.step_length:.4f} m",
             f"speed                             {gait.speed:.4f} m/s",
             f"cost of transport                 {gait.cost_of_transport:.4f}",
+            f"least normal force                {contact.min_normal_fraction:.4f} of the weight",
+            f"friction needed                   {contact.friction:.4f} in swing, "
+            f"{contact.strike_friction:.4f} at heel strike",
+            f"swing foot after mid-swing        {contact.min_clearance:.4f} to "
+            f"{contact.max_clearance:.4f} m above the floor",
+            *(f"beyond the model: {text}" for text in broken),
         ]
     )
 

@@ -1,0 +1,70 @@
+"""The command line: `powered-walker gait`, `branch`, `basin`, `reproduce` and more.
+
+Each command is a function from parsed arguments to a report that can be printed as text
+or, with --json, as one JSON object; with --out what was found is saved and drawn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from typing import Any
+
+from powered_walker_env.cli import regions, studies, walking
+from powered_walker_env.cli.output import Report
+from powered_walker_env.poincare import GaitNotFoundError
+
+NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status (2 for a bad argument, 1 for no result)."""
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], Report] = options.command
+    try:
+        report = command(options)
+    except GaitNotFoundError as error:
+        return _failed(str(error), NOT_FOUND)
+    except (ValueError, TypeError, ImportError, OSError) as error:
+        return _failed(str(error), USER_ERROR)
+    except KeyboardInterrupt:
+        resumable = getattr(options, "resumable", False) and options.out
+        hint = "; the same command goes on from here" if resumable else ""
+        return _failed(f"interrupted{hint}", INTERRUPTED)
+    text = json.dumps(_finite(report.data), indent=2) if options.json else report.text
+    print(text)
+    return 0
+
+
+def _failed(message: str, status: int) -> int:
+    print("powered-walker: " + " ".join(message.split()), file=sys.stderr)
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="powered-walker",
+        description="A nearly passive powered walker: walks, gaits and what becomes of them.",
+    )
+    parser.add_argument(
+        "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+    for family in (walking, studies, regions):
+        family.add_commands(commands)
+    return parser
+
+
+def _finite(value: Any) -> Any:
+    """The data with null for numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
