@@ -126,7 +126,7 @@ def _run_phase(
         if directions is not None:
             propagate(joints, torque, w, length, correction, fresh, control, row, c, directions)
         taken, fresh = length + correction, False
-        track_clearance(w, taken, step_height, c, result)
+        track_clearance(joints, torque, w, length, step_height, control[1], c, result)
         if torque != NONE:
             track_work(torque, w, taken, control[1], c, result)
         t += taken

@@ -55,11 +55,23 @@ class Stride:
 class StrideBatch:
     """N strides as arrays; the fields are those of `Stride`."""
 
-    state: Array  # (N, 4)
-    final_q: Array  # (N, 3)
-    final_u: Array  # (N, 3)
     outcome: NDArray[np.int64]  # (N,), values of `Outcome`
     results: Array = field(repr=False)  # (N, record.RESULTS): the kernel's rows
+
+    @property
+    def state(self) -> Array:
+        """(N, 4) after the heel strikes; NaN after a fall."""
+        return self.results[:, record.STATE]
+
+    @property
+    def final_q(self) -> Array:
+        """(N, 3) rad, relative angles at the ends, before any heel strike."""
+        return relative(self.results[:, record.FINAL][:, :3])
+
+    @property
+    def final_u(self) -> Array:
+        """(N, 3) rad/s, their rates."""
+        return relative(self.results[:, record.FINAL][:, 3:])
 
     @property
     def walked(self) -> NDArray[np.bool_]:
@@ -166,7 +178,7 @@ def stride_batch(
     for walker in walkers:
         check_walkable(walker, some_control)
     rows = np.array([pack(walker) for walker in walkers])
-    results, outcomes = _run(
+    return run_batch(
         cycle_of(some_control),
         start,
         _controls(controls, count),
@@ -174,22 +186,14 @@ def stride_batch(
         _heights(step_height, count),
         check_rtol(rtol),
     )
-    return batch_of(results, outcomes)
 
 
 def run_batch(
     cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
 ) -> StrideBatch:
     """`stride_batch` on arrays that are known to be good (rows: packed walkers, N or 1)."""
-    return batch_of(*_run(cycle, states, controls, rows, heights, rtol))
-
-
-def batch_of(results: Array, outcomes: NDArray[np.int64]) -> StrideBatch:
-    """The kernel's rows as a `StrideBatch`."""
-    final = results[:, record.FINAL]
-    return StrideBatch(
-        results[:, record.STATE], relative(final[:, :3]), relative(final[:, 3:]), outcomes, results
-    )
+    results, outcomes = _run(cycle, states, controls, rows, heights, rtol)
+    return StrideBatch(outcomes, results)
 
 
 def relative(absolute: Array) -> Array:
@@ -253,7 +257,8 @@ def _matrix(name: str, values: ArrayLike, columns: int) -> Array:
     matrix = np.ascontiguousarray(values, dtype=np.float64)
     if matrix.ndim != 2 or matrix.shape[1] != columns:
         raise ValueError(f"{name} must have shape (N, {columns}), got {matrix.shape}")
-    _require_rows(np.isfinite(matrix).all(axis=1), name, "be finite", matrix)
+    finite = np.atleast_1d(np.isfinite(matrix).all(axis=1))
+    _require_rows(finite, name, "be finite", matrix)
     return matrix
 
 

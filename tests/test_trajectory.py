@@ -137,6 +137,16 @@ def test_samples_between_steps_of_the_integrator_are_as_good_as_its_steps() -> N
     np.testing.assert_allclose(rough.u, exact.u, atol=1e-6)
 
 
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_least_clearance_after_mid_swing_is_that_of_the_samples(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    walked = walk(state, control, params, 1, sample_interval=1e-4)
+    stance, swing = walked.q[:, :2].sum(axis=1), walked.q.sum(axis=1) - math.pi
+    height = point(walked, SWING_CENTRE)[:, 1] - params.foot_radius
+    lowest = height[stance > swing].min()
+    assert stride(state, control, params).min_clearance == pytest.approx(lowest, abs=1e-7)
+
+
 def test_a_policy_sees_every_state_and_sets_every_control() -> None:
     seen: list[PostStrikeState] = []
     assert ROUND.control is not None
