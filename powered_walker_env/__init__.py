@@ -1,0 +1,135 @@
+"""A nearly passive powered walker: hybrid dynamics, stride map, gaits and environments.
+
+The map of the package, from the ground up:
+
+- `params`, `presets`, `phases`: the walker, walkers with known gaits, and a stride as a
+  list of phases (read `phases.py` first);
+- `physics`: swing, motor, ground and heel strike, equation by equation;
+- `integrator`, `events`, `sensitivity`, `kernel`: one compiled stride and its derivatives;
+- `stride`, `trajectory`: one stride, many at once, a walk sampled in time;
+- `poincare`: gaits as fixed points of the stride map, and all that is asked of them;
+- `results`: what they answer, saved and loaded;
+- `envs`: the Gymnasium environments, registered when this package is imported;
+- on demand, since they need more than the core: `rendering` and `animation` (pygame),
+  `figures`, `plotting` and `reproduce` (matplotlib), `sb3` and `sb3_policies` (torch);
+- `cli`: the command `powered-walker`.
+"""
+
+from powered_walker_env.envs.disturbances import Disturbance
+from powered_walker_env.envs.registration import ENVIRONMENTS, register_environments
+from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
+from powered_walker_env.envs.walker import PoweredWalkerEnv
+from powered_walker_env.params import Control, PostStrikeState, WalkerParams
+from powered_walker_env.phases import Outcome
+from powered_walker_env.poincare import (
+    PARAMETERS,
+    Basin,
+    BasinVolume,
+    BifurcationDiagram,
+    Boundary,
+    Branch,
+    ContactReport,
+    CurveEnd,
+    EndReason,
+    Gait,
+    GaitNotFoundError,
+    GaitSensitivity,
+    LostWorkersError,
+    LyapunovExponent,
+    MapPoint,
+    Policy,
+    Regulator,
+    Slice,
+    SpecialKind,
+    SpecialPoint,
+    StrideMap,
+    TransitionTimes,
+    Viability,
+    basin,
+    basin_volume,
+    bifurcation_diagram,
+    contact_of,
+    contact_report,
+    continue_boundary,
+    continue_gait,
+    find_gait,
+    find_gait_with,
+    find_gaits,
+    gait_sensitivity,
+    lyapunov_exponent,
+    regulate,
+    run_pieces,
+    switch_branch,
+    transition_times,
+    viable_states,
+)
+from powered_walker_env.presets import PRESETS, Preset
+from powered_walker_env.results import load_result, save_result
+from powered_walker_env.stride import Stride, StrideBatch, stride, stride_batch
+from powered_walker_env.trajectory import Trajectory, walk
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "ENVIRONMENTS",
+    "PARAMETERS",
+    "PRESETS",
+    "Basin",
+    "BasinVolume",
+    "BifurcationDiagram",
+    "Boundary",
+    "Branch",
+    "ContactReport",
+    "Control",
+    "CurveEnd",
+    "Disturbance",
+    "EndReason",
+    "Gait",
+    "GaitNotFoundError",
+    "GaitSensitivity",
+    "LostWorkersError",
+    "LyapunovExponent",
+    "MapPoint",
+    "Outcome",
+    "Policy",
+    "PostStrikeState",
+    "PoweredWalkerEnv",
+    "PoweredWalkerVectorEnv",
+    "Preset",
+    "Regulator",
+    "Slice",
+    "SpecialKind",
+    "SpecialPoint",
+    "Stride",
+    "StrideBatch",
+    "StrideMap",
+    "Trajectory",
+    "TransitionTimes",
+    "Viability",
+    "WalkerParams",
+    "__version__",
+    "basin",
+    "basin_volume",
+    "bifurcation_diagram",
+    "contact_of",
+    "contact_report",
+    "continue_boundary",
+    "continue_gait",
+    "find_gait",
+    "find_gait_with",
+    "find_gaits",
+    "gait_sensitivity",
+    "load_result",
+    "lyapunov_exponent",
+    "regulate",
+    "run_pieces",
+    "save_result",
+    "stride",
+    "stride_batch",
+    "switch_branch",
+    "transition_times",
+    "viable_states",
+    "walk",
+]
+
+register_environments()

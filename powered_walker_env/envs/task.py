@@ -1,0 +1,245 @@
+"""The task, apart from the walker: observation, action, reward, start. Pure functions.
+
+Deviations are measured in units of `state_scale`: 0.05 rad on both angles, 0.15 and
+0.3 rad/s on the rates of stance and swing leg, for a walker with √(g/L) = √10 /s.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.compilation import kernel
+from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturbance
+from powered_walker_env.envs.noise import Words, draw_normals
+from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.phases import Outcome
+from powered_walker_env.physics.constants import unpack
+from powered_walker_env.record import (
+    DURATION,
+    ENERGY_IN,
+    ENERGY_LOST,
+    POSITIVE_WORK,
+    STATE,
+    STEP_LENGTH,
+)
+from powered_walker_env.stride import Array
+
+REWARDS = ("deviation", "contraction", "periodicity")
+OBSERVATION_LIMIT = 20.0  # deviations beyond are clipped: 1 rad, far outside any basin
+CONTRACTION_FLOOR = 0.01  # ε: a distance of less than a hundredth of the scale is "on the gait"
+CONTRACTION_FALL = -10.0  # log(40/0.01) is 8.3: more than a walk loses inside the observed box
+SHORTEST_STEP = 0.01  # leg lengths; a shorter step costs as much as this one, not infinity
+WALKED = int(Outcome.WALKED)
+DEVIATION, CONTRACTION, PERIODICITY = range(3)
+
+#: The numbers of a stride in `info`; rows of the table that `end_stride` fills.
+STRIDE_INFO = (
+    "duration",  # s
+    "step_length",  # m, 0 after a fall
+    "step_height",  # m, of the ground ahead over the ground under the stance foot
+    "energy_in",  # J, net work of the motor
+    "positive_work",  # J, its positive part
+    "energy_lost",  # J, at the heel strike
+    "distance",  # from the gait, scaled
+    "reward_stability",
+    "reward_effort",
+    "reward_fall",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What one environment asks of its walker."""
+
+    params: WalkerParams
+    control: Control  # the nominal one: zero action, the open-loop baseline
+    gait: Array  # (period, 4) post-strike states of the nominal cycle
+    action_range: tuple[float, float]  # rad, and fraction of the stall torque, at action 1
+    disturbance: Disturbance
+    reward: str = "deviation"
+    effort_weight: float = 0.0  # reward lost per unit of mechanical cost of transport
+
+    def __post_init__(self) -> None:
+        if self.reward not in REWARDS:
+            raise ValueError(f"reward must be one of {', '.join(REWARDS)}, got {self.reward!r}")
+        if not 0 <= self.effort_weight < math.inf:
+            raise ValueError(
+                f"effort_weight must be finite and not negative, got {self.effort_weight!r}"
+            )
+        angle, torque = self.action_range
+        reach = min(self.control.switch_angle, 2 * math.pi - self.control.switch_angle)
+        if not 0 < angle < reach:
+            raise ValueError(
+                f"action_range[0] must lie in (0, {reach:.4g}) so that the switch angle stays in "
+                f"(0, 2*pi), got {angle!r}"
+            )
+        if not 0 < torque <= 1:
+            raise ValueError(f"action_range[1] must lie in (0, 1], got {torque!r}")
+
+    @property
+    def nominal(self) -> Array:
+        """(2,) the nominal switch angle and stall torque."""
+        return np.array([self.control.switch_angle, self.control.stall_torque])
+
+    @property
+    def half_range(self) -> Array:
+        """(2,) what action 1 adds to the nominal control, rad and N m."""
+        angle, torque = self.action_range
+        return np.array([angle, torque * self.control.stall_torque])
+
+    @property
+    def scale(self) -> Array:
+        """(4,) units of a deviation from the gait."""
+        return state_scale(self.params)
+
+
+def state_scale(params: WalkerParams) -> Array:
+    """(4,) units of a deviation, rad and rad/s; rates go with √(g/L)."""
+    rate = math.sqrt(params.gravity / params.leg_length / 10.0)
+    return np.array([0.05, 0.05, 0.15 * rate, 0.3 * rate])
+
+
+@kernel
+def distance(state: Array, other: Array, scale: Array) -> float:
+    """Distance of two post-strike states in units of the scale."""
+    total = 0.0
+    for j in range(4):
+        total += ((state[j] - other[j]) / scale[j]) ** 2
+    return math.sqrt(total)
+
+
+@kernel
+def distance_to_gait(state: Array, gait: Array, scale: Array) -> float:
+    """Distance to the nearest point of the gait's cycle."""
+    nearest = math.inf
+    for k in range(gait.shape[0]):
+        nearest = min(nearest, distance(state, gait[k], scale))
+    return nearest
+
+
+@kernel
+def stability_reward(kind: int, state: Array, landed: Array, gait: Array, scale: Array) -> float:
+    """Reward of a stride that walked from `state` to `landed`.
+
+    deviation: exp(−d²/2), d the distance to the gait after the stride;
+    contraction: log((d + ε)/(d' + ε)), d before and d' after: it telescopes;
+    periodicity: exp(−d²/2), d the distance between the two states.
+    """
+    if kind == PERIODICITY:
+        return math.exp(-0.5 * distance(state, landed, scale) ** 2)
+    after = distance_to_gait(landed, gait, scale)
+    if kind == CONTRACTION:
+        before = distance_to_gait(state, gait, scale)
+        return math.log((before + CONTRACTION_FLOOR) / (after + CONTRACTION_FLOOR))
+    return math.exp(-0.5 * after**2)
+
+
+@kernel
+def cost_of_transport(result: Array, walker: Array) -> float:
+    """Positive motor work of a stride over weight times step length; `walker` packed."""
+    c = unpack(walker)
+    step = max(result[STEP_LENGTH], SHORTEST_STEP * c.L)
+    return result[POSITIVE_WORK] / (2.0 * c.M * abs(c.g) * step)
+
+
+@kernel
+def observe(
+    state: Array, gait: Array, scale: Array, noise: Array, observation: NDArray[np.float32]
+) -> None:
+    """Write the deviation from the gait's first point, with sensor noise, clipped."""
+    for j in range(4):
+        value = (state[j] - gait[0, j]) / scale[j] + noise[j]
+        observation[j] = min(OBSERVATION_LIMIT, max(-OBSERVATION_LIMIT, value))
+
+
+@kernel
+def begin_episodes(
+    words: Words, sizes: Array, gait: Array, scale: Array, pushed: bool,
+    states: Array, observations: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Start N walkers: push their `states` if they are to be pushed, and observe them."""
+    draws = np.empty((states.shape[0], sizes.shape[0]))
+    draw_normals(words, sizes, draws)
+    for i in range(states.shape[0]):
+        if pushed:
+            states[i, 2] += draws[i, 0]
+            states[i, 3] += draws[i, 1]
+        observe(states[i], gait, scale, draws[i, SENSOR], observations[i])
+
+
+@kernel
+def begin_strides(
+    actions: Array, nominal: Array, half_range: Array, sizes: Array, levels: Array,
+    words: Words, draws: Array, controls: Array, heights: Array,
+) -> None:  # fmt: skip
+    """Draw the disturbances of N strides; set their controls and steps of the ground.
+
+    Args:
+        actions: (N, 2), clipped to [−1, 1] here.
+        nominal, half_range: (2,) control at action 0, and what action 1 adds.
+        sizes: (8,) standard deviations of the draws.
+        levels: (N,) m, height of the ground under each stance foot.
+        words: (N,) states of the random numbers; they advance.
+        draws: (N, 8) on return, disturbances; controls: (N, 2) on return, switch angle
+            and stall torque with its noise; heights: (N,) on return, m, of the ground
+            ahead over the ground under the stance foot.
+    """
+    draw_normals(words, sizes, draws)
+    for i in range(actions.shape[0]):
+        for j in range(2):
+            action = min(1.0, max(-1.0, actions[i, j]))
+            controls[i, j] = nominal[j] + action * half_range[j]
+        controls[i, 1] = max(0.0, controls[i, 1] * (1.0 + draws[i, TORQUE]))
+        heights[i] = draws[i, GROUND] - levels[i]
+
+
+@kernel
+def end_strides(
+    kind: int, effort_weight: float, gait: Array, scale: Array, walkers: Array,
+    outcomes: NDArray[np.int64], results: Array, draws: Array, heights: Array,
+    states: Array, levels: Array, observations: NDArray[np.float32],
+    rewards: Array, terminated: NDArray[np.bool_], info: Array,
+) -> None:  # fmt: skip
+    """End N strides: push, reward, next state and observation.
+
+    Args:
+        kind: index in `REWARDS`.
+        walkers: packed, N or one for all.
+        outcomes, results: of the kernel, by row.
+        draws: (N, 8) disturbances; the push on both leg rates follows the heel strike,
+            rad/s; sensor noise is in units of the observation.
+        heights: (N,) m, steps of the ground.
+        states, levels, observations: of the start of the strides; on return, of their
+            ends, unless a walker fell: then they stay.
+        rewards, terminated: (N,) on return.
+        info: (rows of `STRIDE_INFO`, N) on return.
+    """
+    for i in range(outcomes.shape[0]):
+        fell = outcomes[i] != WALKED
+        stability, effort, fall = 0.0, 0.0, 0.0
+        if fell:
+            fall = CONTRACTION_FALL if kind == CONTRACTION else 0.0
+        else:
+            landed = results[i, STATE]
+            landed[2] += draws[i, 0]
+            landed[3] += draws[i, 1]
+            stability = stability_reward(kind, states[i], landed, gait, scale)
+            walker = walkers[i if walkers.shape[0] > 1 else 0]
+            effort -= effort_weight * cost_of_transport(results[i], walker)
+            states[i] = landed
+            levels[i] = draws[i, GROUND]
+            observe(states[i], gait, scale, draws[i, SENSOR], observations[i])
+        rewards[i] = stability + effort + fall
+        terminated[i] = fell
+        info[0, i] = results[i, DURATION]
+        info[1, i] = results[i, STEP_LENGTH]
+        info[2, i] = heights[i]
+        info[3, i] = results[i, ENERGY_IN]
+        info[4, i] = results[i, POSITIVE_WORK]
+        info[5, i] = results[i, ENERGY_LOST]
+        info[6, i] = distance_to_gait(states[i], gait, scale)
+        info[7, i], info[8, i], info[9, i] = stability, effort, fall

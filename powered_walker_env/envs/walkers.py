@@ -1,0 +1,179 @@
+"""N walkers at the same task: what the single and the vector environments share.
+
+Each walker has its own random numbers, so that walker i of a batch meets exactly what
+a single environment with its seed meets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.envs.disturbances import EPISODE_DRAWS, STEP_DRAWS, episode_params
+from powered_walker_env.envs.noise import draw_normals, first_word
+from powered_walker_env.envs.task import (
+    REWARDS,
+    STRIDE_INFO,
+    Task,
+    begin_episodes,
+    begin_strides,
+    end_strides,
+)
+from powered_walker_env.params import PostStrikeState
+from powered_walker_env.phases import POWERED_WALKER, Outcome
+from powered_walker_env.physics.constants import pack
+from powered_walker_env.stride import Array, run_batch
+
+Rows = slice | NDArray[np.intp]
+EVERY = slice(None)
+UNIT_DEVIATIONS = np.ones(EPISODE_DRAWS)
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The result of one stride of N walkers; the arrays are the caller's own."""
+
+    observation: NDArray[np.float32]  # (N, 4)
+    reward: Array  # (N,)
+    terminated: NDArray[np.bool_]  # (N,)
+    info: dict[str, NDArray[Any]]  # (N,) or (N, k) each
+
+
+class Walkers:
+    """The state of N walkers and their step: under 200 bytes each."""
+
+    def __init__(self, task: Task, count: int, rtol: float) -> None:
+        self.task, self.count, self.rtol = task, count, rtol
+        disturbance = task.disturbance
+        self.words = np.zeros(count, np.uint64)  # of their random numbers
+        self.states = np.tile(task.gait[0], (count, 1))
+        self.observations = np.zeros((count, 4), np.float32)
+        self.levels = np.zeros(count)  # m, height of the ground under each stance foot
+        self.controls = np.tile(task.nominal, (count, 1))  # of the last stride
+        self.heights = np.zeros(count)  # m, steps of the ground in the last stride
+        # Packed walkers: one for all, unless every episode has its own.
+        self._differ = disturbance.slope > 0 or disturbance.parameters > 0
+        self.rows = np.tile(pack(task.params), (count if self._differ else 1, 1))
+        self._gait, self._scale = task.gait, task.scale
+        self._nominal, self._half_range = task.nominal, task.half_range
+        self._kind = REWARDS.index(task.reward)
+        self._sizes = disturbance.sizes(task.params)
+
+    def seed(self, i: int, generator: np.random.Generator) -> None:
+        """Draw where the random numbers of walker i begin."""
+        self.words[i] = first_word(generator)
+
+    def reset(self, rows: Rows = EVERY, state: PostStrikeState | None = None) -> None:
+        """Start walkers anew: on the gait, just after a heel strike and its push.
+
+        Args:
+            rows: which ones.
+            state: a post-strike state to start from exactly.
+        """
+        start = self._gait[0] if state is None else np.array(state)
+        words = self.words[rows]
+        if self._differ:
+            draws = np.empty((len(words), EPISODE_DRAWS))
+            draw_normals(words, UNIT_DEVIATIONS, draws)
+            chosen = [episode_params(self.task.params, self.task.disturbance, d) for d in draws]
+            self.rows[rows] = [pack(params) for params in chosen]
+        states = np.tile(start, (len(words), 1))
+        observations = np.empty((len(words), 4), np.float32)
+        begin_episodes(
+            words, self._sizes, self._gait, self._scale, state is None, states, observations
+        )
+        self.words[rows], self.states[rows], self.observations[rows] = words, states, observations
+        self.controls[rows] = self._nominal
+        self.levels[rows] = self.heights[rows] = 0.0
+
+    def step(self, actions: Array, active: NDArray[np.bool_] | None = None) -> Step:
+        """One stride under (N, 2) actions, of every walker or of the active ones only.
+
+        A walker left out draws no random numbers and keeps its state; its entries of the
+        result are those of a start.
+        """
+        rows: Rows = EVERY if active is None else np.flatnonzero(active)
+        actions = np.ascontiguousarray(actions[rows], np.float64)
+        words, states, levels = self.words[rows], self.states[rows], self.levels[rows]
+        observations = self.observations[rows]
+        walkers = self.rows[rows] if self._differ else self.rows
+        count = len(states)
+        draws, controls = np.empty((count, STEP_DRAWS)), np.empty((count, 2))
+        heights, rewards = np.empty(count), np.empty(count)
+        terminated, info = np.empty(count, np.bool_), np.empty((len(STRIDE_INFO), count))
+        begin_strides(
+            actions,
+            self._nominal,
+            self._half_range,
+            self._sizes,
+            levels,
+            words,
+            draws,
+            controls,
+            heights,
+        )
+        batch = run_batch(POWERED_WALKER, states, controls, walkers, heights, self.rtol)
+        end_strides(
+            self._kind,
+            self.task.effort_weight,
+            self._gait,
+            self._scale,
+            walkers,
+            batch.outcome,
+            batch.results,
+            draws,
+            heights,
+            states,
+            levels,
+            observations,
+            rewards,
+            terminated,
+            info,
+        )
+        self.controls[rows], self.heights[rows] = controls, heights
+        if active is None:  # the other arrays were views
+            return Step(
+                self.observations.copy(), rewards, terminated, self._info(batch.outcome, info)
+            )
+        self.words[rows], self.states[rows], self.levels[rows] = words, states, levels
+        self.observations[rows] = observations
+        all_rewards, all_terminated = np.zeros(self.count), np.zeros(self.count, np.bool_)
+        all_rewards[rows], all_terminated[rows] = rewards, terminated
+        outcomes, table = self._nothing()
+        outcomes[rows], table[:, rows] = batch.outcome, info
+        return Step(
+            self.observations.copy(), all_rewards, all_terminated, self._info(outcomes, table)
+        )
+
+    def start_info(self) -> dict[str, NDArray[Any]]:
+        """What `Step.info` holds, at a start: nothing walked yet, nothing earned."""
+        return self._info(*self._nothing())
+
+    def _nothing(self) -> tuple[NDArray[np.int64], Array]:
+        outcomes = np.full(self.count, int(Outcome.WALKED), np.int64)
+        return outcomes, np.zeros((len(STRIDE_INFO), self.count))
+
+    def _info(self, outcomes: NDArray[np.int64], table: Array) -> dict[str, NDArray[Any]]:
+        info = {"state": self.states.copy(), "control": self.controls.copy(), "outcome": outcomes}
+        return info | dict(zip(STRIDE_INFO, table, strict=True))
+
+    def get_state(self, i: int) -> dict[str, Any]:
+        """Everything about walker i that its future depends on: JSON-able numbers."""
+        return {
+            "state": self.states[i].tolist(),
+            "observation": self.observations[i].tolist(),
+            "level": float(self.levels[i]),
+            "walker": self.rows[i if self._differ else 0].tolist(),
+            "random": int(self.words[i]),
+        }
+
+    def set_state(self, i: int, saved: dict[str, Any]) -> None:
+        """The inverse of `get_state`."""
+        self.states[i] = saved["state"]
+        self.observations[i] = saved["observation"]
+        self.levels[i] = saved["level"]
+        self.rows[i if self._differ else 0] = saved["walker"]
+        self.words[i] = saved["random"]
