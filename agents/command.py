@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -12,6 +13,7 @@ import yaml
 
 from powered_walker_env import ENVIRONMENTS, PoweredWalkerVectorEnv
 
+CONFIGS = Path(__file__).parent.parent / "configs"
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
 EPISODE_SEED = 10_000  # of evaluations: the small seeds are those of trainings
 USER_ERROR = 2  # exit status, as argparse has it

@@ -12,16 +12,16 @@ from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg
+import yaml
 from numpy.typing import NDArray
 
-from agents.command import UserError
+from agents.command import CONFIGS, UserError
 from powered_walker_env import find_gait
 from powered_walker_env.envs.task import Task
 
 OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
-#: Weight of the squared actions (1 is the full range) against the squared distance to the
-#: gait. See `LQR`.
-ACTION_COST = 0.1
+#: Weights where `configs/lqr.yml` has none: the stance leg, and a little of the actions.
+STATE_COST, ACTION_COST = (1.0, 0.0, 1.0, 0.0), (0.03, 0.03)
 
 Floats = NDArray[np.floating[Any]]
 
@@ -58,8 +58,7 @@ class LQR:
     """A discrete linear-quadratic regulator on the step map, linearised at the gait.
 
     It minimises the sum over strides of x'Qx + a'Ra, where x is the observation (the
-    deviation from the gait over its scale) and a the action. Q = 1 is the reward's own
-    measure: exp(−d²/2) is 1 − d²/2 near the gait.
+    deviation from the gait over its scale) and a the action (1 is the full range).
 
     Args:
         task: of the environment (`env.unwrapped.task`).
@@ -73,13 +72,13 @@ class LQR:
     def __init__(
         self,
         task: Task,
-        state_cost: float | Sequence[Any] = 1.0,
+        state_cost: float | Sequence[Any] = STATE_COST,
         action_cost: float | Sequence[Any] = ACTION_COST,
     ) -> None:
         if len(task.gait) != 1:
             raise ValueError(f"LQR needs a gait of one stride, got one of {len(task.gait)} strides")
-        Q = _weight("state_cost", state_cost, 4)
-        R = _weight("action_cost", action_cost, 2)
+        self.Q = Q = _weight("state_cost", state_cost, 4)
+        self.R = R = _weight("action_cost", action_cost, 2)
         self.A, self.B = linear_step_map(task)
         try:
             P = scipy.linalg.solve_discrete_are(self.A, self.B, Q, R)
@@ -123,6 +122,16 @@ def _weight(name: str, value: float | Sequence[Any], size: int) -> NDArray[np.fl
     return np.array(given)
 
 
+def lqr_for(env_id: str, task: Task) -> LQR:
+    """The regulator with the weights that `configs/lqr.yml` has for an environment.
+
+    Raises:
+        ValueError: a gait of more than one stride, or weights that will not do.
+    """
+    weights = yaml.safe_load((CONFIGS / "lqr.yml").read_text(encoding="utf-8"))
+    return LQR(task, **weights.get(env_id.rpartition(":")[2], {}))
+
+
 def make_controller(text: str, task: Task, env_id: str) -> tuple[str, Controller]:
     """The controller that a word of the command line means, and its name for tables.
 
@@ -137,7 +146,7 @@ def make_controller(text: str, task: Task, env_id: str) -> tuple[str, Controller
         return "open loop", OpenLoop()
     if text == LQR_NAME:
         try:
-            return "LQR", LQR(task)
+            return "LQR", lqr_for(env_id, task)
         except ValueError as error:
             raise UserError(str(error)) from error
     return load_controller(Path(text), env_id)

@@ -61,7 +61,7 @@ def run(
         UserError: the folder exists, or the environment does not.
         KeyboardInterrupt: stopped while training; a checkpoint is saved.
     """
-    from agents.controllers import LQR, OpenLoop, load_controller
+    from agents.controllers import OpenLoop, load_controller, lqr_for
     from agents.evaluate import evaluate
     from agents.runs import BEST_MODEL, write_json
     from agents.settings import read_settings
@@ -79,7 +79,7 @@ def run(
     task = make_walkers(env_id, 1, **kwargs).task
     controllers: dict[str, Controller] = {
         "open loop": OpenLoop(),
-        "LQR": LQR(task),
+        "LQR": lqr_for(env_id, task),
         "PPO": load_controller(folder / BEST_MODEL)[1],
     }
     evaluations = {

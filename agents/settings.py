@@ -19,9 +19,8 @@ import yaml
 from stable_baselines3.common.noise import ActionNoise, NormalActionNoise
 
 from agents.algorithms import algorithm
-from agents.command import UserError
+from agents.command import CONFIGS, UserError
 
-CONFIGS = Path(__file__).parent.parent / "configs"
 EVALUATIONS = 10  # of a training
 ZOO_KEYS = (
     "n_timesteps", "n_envs", "policy", "policy_kwargs", "env_kwargs", "normalize", "noise_type",

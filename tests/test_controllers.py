@@ -14,9 +14,17 @@ from stable_baselines3 import A2C, PPO, SAC, TD3
 
 from agents.algorithms import algorithm_of
 from agents.command import UserError, make_walkers
-from agents.controllers import LQR, OpenLoop, linear_step_map, load_controller, make_controller
+from agents.controllers import (
+    LQR,
+    OpenLoop,
+    linear_step_map,
+    load_controller,
+    lqr_for,
+    make_controller,
+)
 from agents.evaluate import evaluate
 from agents.statistics import paired_difference
+from agents.tune_lqr import TUNING_SEED, search
 from powered_walker_env import ENVIRONMENTS
 from powered_walker_env.envs.task import Task
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
@@ -118,11 +126,29 @@ def test_lqr_refuses_a_gait_of_two_strides() -> None:
         LQR(task_of(gait=[point, point]))
 
 
-def test_lqr_beats_the_open_loop_under_the_same_pushes() -> None:
-    first = evaluate(OpenLoop(), ROUND_FOOT, 60)
-    second = evaluate(LQR(task_of()), ROUND_FOOT, 60)
-    difference = paired_difference(second.strides, first.strides)
-    assert difference.low > 5
+@pytest.mark.parametrize(
+    ("env_id", "margin"),
+    [(ROUND_FOOT, 50), ("PoweredWalker-v0", 15), ("PoweredWalkerAsPublished-v0", 1)],
+)
+def test_lqr_beats_the_open_loop_under_the_same_pushes(env_id: str, margin: float) -> None:
+    first = evaluate(OpenLoop(), env_id, 80)
+    second = evaluate(lqr_for(env_id, task_of(env_id)), env_id, 80)
+    assert paired_difference(second.strides, first.strides).low > margin
+
+
+def test_the_weights_come_from_the_configuration() -> None:
+    known = lqr_for(f"powered_walker_env:{ROUND_FOOT}", task_of())
+    assert known.Q[2, 2] == 1.0
+    assert (known.gain != LQR(task_of()).gain).any()
+    np.testing.assert_array_equal(lqr_for("Mine-v0", task_of()).gain, LQR(task_of()).gain)
+
+
+def test_a_search_does_not_lose_what_it_starts_from() -> None:
+    weights, strides = search(ROUND_FOOT, trials=2, episodes=20, seed=0)
+    start = evaluate(lqr_for(ROUND_FOOT, task_of()), ROUND_FOOT, 20, TUNING_SEED)
+    assert len(weights) == 6
+    assert max(weights[:4]) == pytest.approx(1.0)
+    assert strides >= start.strides.mean() - 0.5  # it starts from weights of at least 0.001
 
 
 def test_a_saved_model_acts_as_before_it_was_saved(tmp_path: Path) -> None:

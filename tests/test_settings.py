@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from agents.command import UserError
-from agents.settings import CONFIGS, linear_schedule, python_literal, read_settings
+from agents.settings import linear_schedule, python_literal, read_settings
 from powered_walker_env import ENVIRONMENTS
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
@@ -20,17 +20,13 @@ def write(folder: Path, section: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("algo", [path.stem for path in sorted(CONFIGS.glob("*.yml"))])
+@pytest.mark.parametrize("algo", ["ppo", "sac"])
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_the_shipped_configurations_cover_every_environment(algo: str, env_id: str) -> None:
     settings = read_settings(algo, f"powered_walker_env:{env_id}")
     assert settings.n_timesteps > 1000
     assert settings.every == settings.n_timesteps // 10
     assert settings.model_kwargs()["policy"] == "MlpPolicy"
-
-
-def test_both_algorithms_are_shipped() -> None:
-    assert {path.stem for path in CONFIGS.glob("*.yml")} >= {"ppo", "sac"}
 
 
 def test_the_zoo_format(tmp_path: Path) -> None:
