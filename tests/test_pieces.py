@@ -150,3 +150,16 @@ def test_a_dask_cluster_that_loses_a_worker_gives_the_results_of_one_machine(
     assert (tmp_path / "died").exists()
     assert found == [k * k for k in range(8)]
     np.testing.assert_array_equal(np.concatenate(walked), walk_piece(slice(None)))
+
+
+def test_ray_gives_the_results_of_this_machine_though_a_worker_dies(tmp_path: Path) -> None:
+    pytest.importorskip("ray", reason="needs pip install ray, which CI leaves out for its size")
+    died = tmp_path / "died"
+
+    def piece(number: int) -> int:
+        if number == 3 and not died.exists():
+            died.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return number + 100
+
+    assert run_pieces(piece, range(6), backend="ray", jobs=2) == [*range(100, 106)]

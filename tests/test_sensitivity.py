@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -112,3 +115,30 @@ def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
     mapped = StrideMap(params, control).differentiate((-1.0, 0.2, 0.0, 0.0))
     assert mapped.outcome == Outcome.FELL_BACKWARD
     assert np.isnan(mapped.by_state).all()
+
+
+@pytest.mark.slow  # a timing: quiet machines only
+def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones() -> None:
+    params, control, state, _ = PRESETS["camp1997"]
+    point = np.concatenate([state, control_row(control), pack(params)])
+    count, rtol = 200, 1e-9
+    starts, controls = np.tile(point[:4], (count, 1)), np.tile(point[4:6], (count, 1))
+    results, outcomes = np.empty((count, record.RESULTS)), np.empty(count, np.int64)
+    derivatives, walker = np.empty((count, 6, OUTPUTS)), point[np.newaxis, 6:]
+    arguments = (encode(POWERED_WALKER), starts, controls, walker)
+
+    def seconds(run: Callable[[], object]) -> float:
+        begin = time.process_time()
+        run()
+        return time.process_time() - begin
+
+    def plain() -> None:
+        kernel.run_strides(*arguments, np.zeros(1), rtol, results, outcomes)
+
+    def differentiated() -> None:
+        directions = np.eye(6, 18)
+        kernel.differentiate_strides(*arguments, rtol, directions, results, outcomes, derivatives)
+
+    plain(), differentiated()
+    pairs = [(seconds(differentiated), seconds(plain)) for _ in range(15)]
+    assert min(pair[0] for pair in pairs) < 8 * min(pair[1] for pair in pairs)

@@ -146,21 +146,19 @@ def _run(
     """The pieces as they get done; raises one of `_lost_worker` if a worker died."""
     if backend == "dask":
         return _run_dask(function, tasks, address, jobs)
-    return _run_joblib(function, tasks, backend, address, jobs)
+    if backend == "ray":
+        return _run_ray(function, tasks, address, jobs)
+    return _run_joblib(function, tasks, backend, jobs)
 
 
 def _run_joblib(
     function: Callable[[Any], Any],
     tasks: _Tasks,
     backend: str,
-    address: str | None,
     jobs: int | None,
 ) -> Generator[_Done]:
-    workers = jobs or cores()
-    if backend == "ray":
-        workers = _start_ray(address, jobs)
     settings = {"inner_max_num_threads": 1} if backend == "loky" else {}
-    with joblib.parallel_config(backend, n_jobs=workers, **settings):
+    with joblib.parallel_config(backend, n_jobs=jobs or cores(), **settings):
         stream = joblib.Parallel(batch_size=1, return_as="generator_unordered")(
             joblib.delayed(_work)(function, index, piece) for index, piece in tasks
         )
@@ -201,17 +199,29 @@ def _run_dask(
             yield future.result()
 
 
-def _start_ray(address: str | None, jobs: int | None) -> int:
-    """Join or start a Ray cluster; returns its number of workers."""
+def _run_ray(
+    function: Callable[[Any], Any], tasks: _Tasks, address: str | None, jobs: int | None
+) -> Generator[_Done]:
+    """By Ray's own tasks: joblib's Ray backend hands results out all at once, at the end."""
     try:
         import ray
-        from ray.util.joblib import register_ray
     except ImportError as error:
-        raise ImportError("backend 'ray' needs Ray: pip install ray") from error
-    if not ray.is_initialized():
-        ray.init(address=address, num_cpus=None if address else jobs)
-    register_ray()
-    return int(ray.cluster_resources().get("CPU", 1))
+        raise ImportError(
+            "backend 'ray' needs Ray: pip install 'powered-walker-env[ray]'"
+        ) from error
+    own = not ray.is_initialized()
+    if own:
+        here = {} if address else {"num_cpus": jobs or cores(), "include_dashboard": False}
+        ray.init(address=address, log_to_driver=False, **here)
+    try:
+        work = ray.remote(_work).options(max_retries=0)  # lost pieces are ours to try again
+        waiting = [work.remote(function, index, piece) for index, piece in tasks]
+        while waiting:
+            (done, *_), waiting = ray.wait(waiting)
+            yield ray.get(done)
+    finally:
+        if own:
+            ray.shutdown()
 
 
 def _lost_worker() -> tuple[type[Exception], ...]:
