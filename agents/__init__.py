@@ -2,7 +2,18 @@
 
 - `quickstart`: the main job, end to end;
 - `train`: any algorithm of Stable-Baselines3 from a configuration file, under `runs/NAME/`;
-- `evaluate`: controllers and saved models on equal disturbances.
+- `evaluate`: controllers and saved models on equal disturbances;
+- `tune_lqr`: weights for the linear-quadratic regulator, the baseline.
 
 Run them from the root of the repository, as `python -m agents.quickstart --help`.
 """
+
+import importlib.util
+
+_NEEDED = ("stable_baselines3", "sb3_contrib", "yaml", "rich", "tqdm", "matplotlib")
+_missing = [name for name in _NEEDED if importlib.util.find_spec(name) is None]
+if _missing:
+    raise ImportError(
+        f"agents needs {', '.join(_missing)}, not installed; "
+        'in the repository: pip install -e ".[train,render]"'
+    )

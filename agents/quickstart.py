@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib.util
 import itertools
 import sys
 import time
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from agents.command import (
     EPISODE_SEED,
     ROUND_FOOT,
+    UserError,
     add_env_arguments,
     exit_status,
     make_walkers,
@@ -69,6 +71,7 @@ def run(
     from agents.train import train
     from powered_walker_env.files import write_text
 
+    _check_packages()
     kwargs = dict(env_kwargs or {})
     settings = read_settings("ppo", env_id, seed=seed, steps=steps, env_kwargs=kwargs)
     print(f"1. training PPO on {env_id}: {settings.n_timesteps:,} strides", flush=True)
@@ -95,6 +98,16 @@ def run(
     _draw_curve(folder, progress.history, result)
     _draw_walks(folder, controllers, evaluations, task)
     return result
+
+
+def _check_packages() -> None:
+    """Say now what the pictures at the end would lack."""
+    missing = [name for name in ("PIL", "pygame") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise UserError(
+            f"the animation needs {' and '.join(missing)}, not installed; "
+            'in the repository: pip install -e ".[train,render]"'
+        )
 
 
 def _disturbance(task: Task) -> str:
