@@ -82,7 +82,7 @@ def learning_curve(
     axes.set(
         xlabel="strides walked in training (thousands)",
         ylabel=f"strides survived, of {limit}",
-        xlim=(0, x[-1] or 1),
+        xlim=(0, 1.02 * (x[-1] or 1)),
         ylim=(0, 1.05 * limit),
         title=title,
     )

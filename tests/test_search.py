@@ -133,3 +133,10 @@ def test_bad_arguments_are_named() -> None:
         find_gait_with(ROUND.params, ROUND.control, speed=-1.0)
     with pytest.raises(ValueError, match="parameter must be one of"):
         find_gait_with(ROUND.params, ROUND.control, speed=1.0, by="colour")
+
+
+def test_a_search_shared_out_to_processes_finds_the_same_gaits() -> None:
+    here = find_gaits(ROUND.params, ROUND.control, starts=128)
+    there = find_gaits(ROUND.params, ROUND.control, starts=128, backend="loky", jobs=2)
+    assert here
+    np.testing.assert_array_equal([g.state for g in here], [g.state for g in there])

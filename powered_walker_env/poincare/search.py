@@ -10,9 +10,10 @@ wanted value is approached in steps.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from powered_walker_env.poincare.gaits import (
     newton,
 )
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.pieces import RunOptions, run_pieces
 from powered_walker_env.stride import Array
 
 SEARCH_RTOL = 1e-9  # of the strides of the search; what it finds is refined afterwards
@@ -57,6 +59,7 @@ def find_gaits(
     period: int = 1,
     starts: int = 4096,
     seed: int = 0,
+    **run: Unpack[RunOptions],
 ) -> list[Gait]:
     """Every distinct gait that a seeded multistart finds, stable or not.
 
@@ -66,6 +69,7 @@ def find_gaits(
         period: strides after which the gaits close; gaits of a divisor are left out.
         starts: states tried; more find rarer gaits.
         seed: of the starts. The same seed gives the same gaits.
+        **run: how the starts are shared out, see `run_pieces`; threads if left out.
 
     Returns:
         The gaits by spectral radius, most stable first (section as in `find_gait`); empty if
@@ -77,9 +81,10 @@ def find_gaits(
     exact = StrideMap(params, control)
     section = "post-strike" if control is None else "switch"
     rough = StrideMap(params, control, rtol=SEARCH_RTOL)
+    options: RunOptions = {"backend": "threading", **run}
+    work = functools.partial(_near, rough, period)
     cycles: list[Array] = []
-    for start in _promising(rough, period, starts, seed):
-        near, _ = newton(rough, start, period, converged=100 * SEARCH_RTOL)
+    for near in run_pieces(work, list(_promising(rough, period, starts, seed)), **options):
         if near is None or _known(near, cycles, 1e-4, params):
             continue
         state, _ = newton(exact, near, period)
@@ -90,6 +95,11 @@ def find_gaits(
             cycles.append(cycle)
     gaits = [describe(exact, cycle[0], section, period) for cycle in cycles]
     return sorted(gaits, key=lambda gait: (gait.spectral_radius, gait.state))
+
+
+def _near(stride_map: StrideMap, period: int, start: Array) -> Array | None:
+    """Roughly where Newton leads from a start, if to a fixed point."""
+    return newton(stride_map, start, period, converged=100 * SEARCH_RTOL)[0]
 
 
 def _promising(stride_map: StrideMap, period: int, starts: int, seed: int) -> Array:
