@@ -6,15 +6,18 @@ The map of the package, from the ground up:
   list of phases (read `phases.py` first);
 - `physics`: swing, motor, ground and heel strike, equation by equation;
 - `integrator`, `events`, `sensitivity`, `kernel`: one compiled stride and its derivatives;
-- `stride`, `trajectory`: one stride, many at once, a walk sampled in time;
+- `stride`, `derivatives`, `trajectory`: one stride, many at once, many with their
+  derivatives, a walk sampled in time;
 - `poincare`: gaits as fixed points of the stride map, and all that is asked of them;
 - `results`: what they answer, saved and loaded;
 - `envs`: the Gymnasium environments, registered when this package is imported;
 - on demand, since they need more than the core: `rendering` and `animation` (pygame),
-  `figures`, `plotting` and `reproduce` (matplotlib), `sb3` and `sb3_policies` (torch);
+  `figures`, `plotting` and `reproduce` (matplotlib), `sb3` and `sb3_policies`
+  (Stable-Baselines3), `torch` (the differentiable stride);
 - `cli`: the command `powered-walker`.
 """
 
+from powered_walker_env.derivatives import BatchDerivatives, differentiate_batch
 from powered_walker_env.envs.disturbances import Disturbance
 from powered_walker_env.envs.registration import ENVIRONMENTS, register_environments
 from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
@@ -76,6 +79,7 @@ __all__ = [
     "PRESETS",
     "Basin",
     "BasinVolume",
+    "BatchDerivatives",
     "BifurcationDiagram",
     "Boundary",
     "Branch",
@@ -115,6 +119,7 @@ __all__ = [
     "contact_report",
     "continue_boundary",
     "continue_gait",
+    "differentiate_batch",
     "find_gait",
     "find_gait_with",
     "find_gaits",

@@ -54,14 +54,21 @@ def _compile(function: Callable[..., Any], **options: Any) -> Any:
     numba.config.CACHE_DIR = chosen or _cache_folder()
     try:
         # numpy's error model: a division by zero gives inf, not an exception.
-        return numba.njit(cache=True, error_model="numpy", **options)(function)
+        return numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(
+            function
+        )
     finally:
         numba.config.CACHE_DIR = chosen
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function of the inner loop."""
-    return _compile(function)
+    """Compile a function of the inner loop that Python calls, too."""
+    return _compile(function, forceinline=True)
+
+
+def internal(function: Callable[..., Any]) -> Any:
+    """Compile a function that only kernels call; without a door to Python it takes less time."""
+    return _compile(function, forceinline=True, no_cpython_wrapper=True)
 
 
 def threaded_kernel(function: Callable[..., Any]) -> Any:

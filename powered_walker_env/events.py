@@ -1,158 +1,241 @@
-"""Events inside one integration step: has a guard fallen through zero, and exactly where?
+"""Events: has a guard fallen through zero inside a step, and exactly where?
 
 A guard (`physics/ground.py`) is looked at through its values and rates at both ends of
 the step. Where those allow a fall through zero, also one that is over again before the
-step ends, the interpolant is searched; the step is then taken again so that it ends on
-the event, which is found to rounding on the integrator's own accuracy.
+step ends, its place is guessed; the step is then taken again so that it ends on the
+event, Newton's way, each try being a full step of the method, until what is left is
+linear to the accuracy asked for.
 """
 
 from __future__ import annotations
 
-from powered_walker_env.compilation import kernel
-from powered_walker_env.integrator import DIMENSION, STAGES, dense_state, prepare_dense, step
+from powered_walker_env.compilation import internal
+from powered_walker_env.dense import interpolate, look_inside
+from powered_walker_env.lanes import LANES, bits, load, store, where
+from powered_walker_env.lockstep import FALL, GUARDS, blend
 from powered_walker_env.phases import Guard
+from powered_walker_env.physics.constants import lanes_of
 from powered_walker_env.physics.ground import (
-    LANDING,
     comes_down,
-    guard_value,
+    landing,
     legs_have_passed,
+    switch,
     upright,
 )
 
-FALL = len(Guard)  # the guard against falls, watched in every phase beside its own
+SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
 BISECTIONS = 60  # enough to close any bracket in double precision
-LANDING_STEPS = 8  # tries at a step that ends on the event
-FIRST_ORDER = 1e-9  # s: below this the rest is linear to rounding (its square is 1e-18)
+NEWTON_STEPS = 4  # on a cubic, from inside its bracket
+TRIES = 8  # steps towards one event
+NOWHERE = 2.0  # a fraction of the step past its end
 
 
-@kernel
-def guard_at(guard, joints, y, switch_angle, step_height, c):
-    """Value and rate of a phase's guard or of the guard against falls."""
-    if guard == FALL:
-        return upright(joints, y, c)
-    return guard_value(guard, joints, y, switch_angle, step_height, c)
+@internal
+def guard_at(guard, locked, y, switch_angle, step_height, c):
+    """Value and rate of one guard; of one walker or of eight."""
+    if guard == SWITCH_ANGLE:
+        return switch(y, switch_angle)
+    if guard == LANDING:
+        return landing(locked, y, step_height, c)
+    return upright(locked, y, c)
 
 
-@kernel
-def may_fall_through(value, rate, value_end, rate_end):
-    """Whether the guard, smooth between the ends, can go from positive to not positive."""
-    if value > 0.0:
-        return value_end <= 0.0 or (rate < 0.0 and rate_end > 0.0)
-    return value_end <= 0.0 and rate > 0.0 and rate_end < 0.0
+@internal
+def watch(s, locked, y, c, mask, values, rates):
+    """Write all guards' values and rates at y where the mask holds."""
+    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
+    for guard in (SWITCH_ANGLE, LANDING, FALL):
+        value, rate = guard_at(guard, locked, y, switch_angle, height, c)
+        blend(values, guard, mask, value)
+        blend(rates, guard, mask, rate)
 
 
-@kernel
-def _extremum(guard, joints, w, rising_first, switch_angle, step_height, c):
-    """Fraction of the step at which the guard's rate changes sign, by bisection."""
+@internal
+def may_fall_through(value, rate, value_end, rate_end, h):
+    """Whether a guard, smooth between the ends, can go from positive to not positive.
+
+    Where it turns inside the step, it lies within its tangents at the ends; twice their
+    slope is allowed for.
+    """
+    reach, reach_end = 2.0 * h * rate, 2.0 * h * rate_end
+    down = (value > 0.0) & (value_end <= 0.0)
+    dip = (value > 0.0) & (value + reach <= 0.0) & (value_end > 0.0) & (value_end <= reach_end)
+    hump = (value <= 0.0) & (value + reach > 0.0) & (value_end <= 0.0) & (value_end > reach_end)
+    return down | dip | hump
+
+
+@internal
+def suspicions(s, h, y, y_new):
+    """For each guard the lanes, as bits, in which it may have fallen through zero.
+
+    Args:
+        h: s, lengths of the steps; y, y_new: their ends.
+    """
+    ahead = (legs_have_passed(y) | legs_have_passed(y_new)) & (load(s.scuffed, 0) == 0.0)
+    switched = _suspicion(s, SWITCH_ANGLE, h)
+    landed = _suspicion(s, LANDING, h) & ahead
+    fallen = _suspicion(s, FALL, h)
+    return bits(switched), bits(landed), bits(fallen)
+
+
+@internal
+def _suspicion(s, guard, h):
+    value, value_end = load(s.value, guard), load(s.value_new, guard)
+    doubt = may_fall_through(value, load(s.rate, guard), value_end, load(s.rate_new, guard), h)
+    watched = (load(s.active, guard) > 0.0) & (load(s.busy, 0) > 0.0)
+    return watched & doubt & ~(load(s.target, 0) == guard)
+
+
+@internal
+def over_at_once(s):
+    """Lanes, as bits, whose phase is over as it begins; notes why in s.ending.
+
+    A hip already past the switch and closing starts the motor at once; a walker that is
+    already down has fallen. A landing must be a fall through the floor.
+    """
+    switching = (load(s.active, SWITCH_ANGLE) > 0.0) & (load(s.rate, SWITCH_ANGLE) < 0.0)
+    switched = bits(switching & (load(s.value, SWITCH_ANGLE) <= 0.0))
+    down = bits(load(s.value, FALL) <= 0.0)
+    for lane in range(LANES):
+        if (switched | down) >> lane & 1:
+            s.ending[0, lane] = FALL if down >> lane & 1 else SWITCH_ANGLE
+    return switched | down
+
+
+@internal
+def cubic_fall(value, slope, value_end, slope_end):
+    """Where in (0, 1) the cubic with these ends (slopes per step) falls through zero."""
+    low, high = 0.0, 1.0
+    x = value / (value - value_end)
+    for _ in range(NEWTON_STEPS):
+        a = 2.0 * (value - value_end) + slope + slope_end
+        b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
+        here = value + x * (slope + x * (b + x * a))
+        if here > 0.0:
+            low = x
+        else:
+            high = x
+        steep = slope + x * (2.0 * b + 3.0 * x * a)
+        x = x - here / steep if steep < 0.0 else 0.5 * (low + high)
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return x
+
+
+@internal
+def _guard_inside(s, w, lane, guard, fraction):
+    """Value and rate of one lane's guard at a fraction of the step; is touching the floor
+    there a landing?"""
+    c, locked = lanes_of(w.constants), load(w.locked, 0) > 0.0
+    y = look_inside(w, fraction + 0.0 * load(w.length, 0))
+    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
+    value, rate = guard_at(guard, locked, y, switch_angle, height, c)
+    lands = bits(comes_down(locked, y, c)) >> lane & 1
+    return bits(value > 0.0) >> lane & 1, bits(rate > 0.0) >> lane & 1, lands
+
+
+@internal
+def hidden_fall(s, w, lane, guard):
+    """Fraction at which a guard falls whose ends only hint at it; NOWHERE if it does not.
+
+    Bisection on the interpolant: for the turn first, then for the fall.
+    """
+    interpolate(w)
+    rising = 1 if s.rate[guard, lane] > 0.0 else 0
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        dense_state(w, middle)
-        _, rate = guard_at(guard, joints, w.work, switch_angle, step_height, c)
-        if (rate > 0.0) == rising_first:
+        _, up, _ = _guard_inside(s, w, lane, guard, middle)
+        if up == rising:
             low = middle
         else:
             high = middle
-    return 0.5 * (low + high)
-
-
-@kernel
-def _fall_between(guard, joints, w, low, high, switch_angle, step_height, c):
-    """Fraction in (low, high] at which the guard reaches zero (Illinois, bounded)."""
-    dense_state(w, low)
-    above, _ = guard_at(guard, joints, w.work, switch_angle, step_height, c)
-    dense_state(w, high)
-    below, _ = guard_at(guard, joints, w.work, switch_angle, step_height, c)
+    positive, _, _ = _guard_inside(s, w, lane, guard, high)
+    if (positive == 1) == (s.value[guard, lane] > 0.0):
+        return NOWHERE
+    low, high = (0.0, high) if positive == 0 else (high, 1.0)
     for _ in range(BISECTIONS):
-        if below == 0.0 or high - low < 1e-15:
-            break
-        guess = high - below * (high - low) / (below - above)
-        if not low < guess < high:
-            guess = 0.5 * (low + high)
-        dense_state(w, guess)
-        value, _ = guard_at(guard, joints, w.work, switch_angle, step_height, c)
-        if value > 0.0:
-            low, above = guess, value
-            below *= 0.5
+        middle = 0.5 * (low + high)
+        positive, _, _ = _guard_inside(s, w, lane, guard, middle)
+        if positive == 1:
+            low = middle
         else:
-            high, below = guess, value
-            above *= 0.5
-    return high
+            high = middle
+    _, _, lands = _guard_inside(s, w, lane, guard, high)
+    return NOWHERE if guard == LANDING and lands == 0 else high  # scuffing is allowed
 
 
-@kernel
-def crossing(guard, joints, w, ends, switch_angle, step_height, c):
-    """Fraction of the step at which a suspected event happens, or 2.0 if it does not.
-
-    `ends` is (value, rate, value at the end, rate at the end); w.dense must be ready.
-    """
-    value, rate, value_end, _ = ends
-    low, high = 0.0, 1.0
-    if not (value > 0.0 and value_end <= 0.0):
-        turn = _extremum(guard, joints, w, rate > 0.0, switch_angle, step_height, c)
-        dense_state(w, turn)
-        value_turn, _ = guard_at(guard, joints, w.work, switch_angle, step_height, c)
-        if value > 0.0:
-            high = turn
-            if value_turn > 0.0:
-                return 2.0
+@internal
+def first_fall(s, w, lane, suspected):
+    """The first of the suspected guards (bits) to fall: guard and fraction of the step."""
+    first, earliest, h = 0, NOWHERE, w.length[0, lane]
+    for guard in range(1, GUARDS):
+        if not suspected >> guard & 1:
+            continue
+        value, value_end = s.value[guard, lane], s.value_new[guard, lane]
+        if value > 0.0 and value_end <= 0.0:
+            slope, slope_end = s.rate[guard, lane] * h, s.rate_new[guard, lane] * h
+            fraction = cubic_fall(value, slope, value_end, slope_end)
         else:
-            low = turn
-            if value_turn <= 0.0:
-                return 2.0
-    fraction = _fall_between(guard, joints, w, low, high, switch_angle, step_height, c)
-    dense_state(w, fraction)
-    if guard == LANDING and not comes_down(joints, w.work, c):
-        return 2.0  # scuffing: allowed, as in the thesis
-    return fraction
+            fraction = hidden_fall(s, w, lane, guard)
+        if fraction < earliest:
+            first, earliest = guard, fraction
+    return first, earliest
 
 
-@kernel
-def step_onto(guard, joints, torque, w, h, guess, control, step_height, c):
-    """Take the step again so that w.y_new lies on the event.
+@internal
+def aim(s, w, lane, guard, fraction):
+    """Step onto the event from now on."""
+    if s.target[0, lane] == 0.0:
+        s.whole[0, lane] = w.length[0, lane]
+        s.tries[0, lane] = 0
+    s.target[0, lane] = guard
+    w.length[0, lane] *= fraction
 
-    Newton on the length of the step, each time a full step of the method; the last
-    correction is first order. Returns the length of the step and that correction, s.
+
+@internal
+def arrive(s, w, lane, landed, linear):
+    """The step towards an event has been made: is it there?
+
+    Args:
+        landed: at its end, would a touch of the floor be a landing?
+        linear: s, below which the rest of the way is linear.
+
+    Returns:
+        Whether it is; if not, the next try is prepared.
     """
-    switch_angle, stall_torque = control
-    length = guess
-    for attempt in range(LANDING_STEPS):
-        step(joints, torque, w, length, stall_torque, c)
-        value, rate = guard_at(guard, joints, w.y_new, switch_angle, step_height, c)
-        change = -value / rate if rate != 0.0 else 0.0
-        if abs(change) < FIRST_ORDER:
-            for i in range(DIMENSION):
-                w.y_new[i] += change * w.slopes[STAGES, i]
-            return length, change
-        if attempt < LANDING_STEPS - 1:
-            length = min(h, max(0.0, length + change))
-    return length, 0.0
+    guard = int(s.target[0, lane])
+    value, rate = s.value_new[guard, lane], s.rate_new[guard, lane]
+    change = -value / rate if rate != 0.0 else 0.0
+    s.tries[0, lane] += 1
+    near = abs(change) < linear
+    if near or s.tries[0, lane] >= TRIES:
+        if guard == LANDING and not landed:
+            s.scuffed[0, lane], s.target[0, lane] = 1.0, 0.0  # take the whole step after all
+            s.h[0, lane] = s.whole[0, lane]
+            return False
+        s.correction[0, lane] = change if near else 0.0
+        s.ending[0, lane] = guard
+        return True
+    w.length[0, lane] = min(s.whole[0, lane], max(0.0, w.length[0, lane] + change))
+    return False
 
 
-@kernel
-def find_event(joints, torque, w, h, guards, ends, control, step_height, c):
-    """The first event in the step just taken: index into `guards` (or −1) and fraction."""
-    switch_angle, stall_torque = control
-    first, fraction = -1, 2.0
-    ready = False
-    for k in range(len(guards)):
-        value, rate, value_end, rate_end = ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3]
-        if not may_fall_through(value, rate, value_end, rate_end):
-            continue
-        if guards[k] == LANDING and not (legs_have_passed(w.y) or legs_have_passed(w.y_new)):
-            continue
-        if not ready:
-            prepare_dense(joints, torque, w, h, stall_torque, c)
-            ready = True
-        where = crossing(
-            guards[k],
-            joints,
-            w,
-            (value, rate, value_end, rate_end),
-            switch_angle,
-            step_height,
-            c,
-        )
-        if where < fraction:
-            first, fraction = k, where
-    return first, fraction
+@internal
+def landing_lanes(w, y, c):
+    """Lanes, as bits, in which a touch of the floor at y is a landing."""
+    return bits(comes_down(load(w.locked, 0) > 0.0, y, c))
+
+
+@internal
+def planned(s, w, longest, latest):
+    """Set the lengths of the steps: towards an event as aimed, else as the control proposes.
+
+    Args:
+        longest: s; latest: s, when the stride is given up.
+    """
+    h = load(s.h, 0)
+    h = where(h < longest, h, longest)
+    left = latest - load(s.t, 0)
+    h = where(h < left, h, left)
+    store(w.length, 0, where(load(s.target, 0) > 0.0, load(w.length, 0), h))

@@ -1,7 +1,9 @@
-"""The stride kernel: run a cycle of phases from heel strike to heel strike.
+"""The stride kernel: run a cycle of phases from heel strike to heel strike, eight at a time.
 
 Closed: no exception, no print, every loop bounded. It takes the encoded list of
-`phases.py` and numbers, and leaves one row of results and an outcome.
+`phases.py` and numbers, and leaves a row of results and an outcome for each stride. A
+single stride goes the same way, alone in its lane: it is the same walk, bit for bit, in
+any lane of any batch.
 """
 
 from __future__ import annotations
@@ -10,47 +12,83 @@ import math
 
 import numpy as np
 
-from powered_walker_env.compilation import kernel, threaded_kernel
-from powered_walker_env.events import FALL, find_event, guard_at, step_onto
+from powered_walker_env.compilation import internal, threaded_kernel
+from powered_walker_env.events import (
+    LANDING,
+    NOWHERE,
+    SWITCH_ANGLE,
+    aim,
+    arrive,
+    first_fall,
+    landing_lanes,
+    over_at_once,
+    planned,
+    suspicions,
+    watch,
+)
 from powered_walker_env.integrator import (
     DIMENSION,
     STAGES,
+    WORKSPACE_ROWS,
+    acting,
     error_norm,
-    start,
+    load_state,
+    state_of,
     step,
     step_factor,
+    store_state,
     workspace,
 )
-from powered_walker_env.phases import MAX_EXITS, Guard, Joints, Outcome, Reset, Torque
-from powered_walker_env.physics.constants import unpack
-from powered_walker_env.physics.ground import name_fall, swing_foot
+from powered_walker_env.lanes import (
+    LANES,
+    bits,
+    eights,
+    load,
+    mask_of,
+    rows_from,
+    store,
+    table,
+    where,
+)
+from powered_walker_env.lockstep import (
+    FALL,
+    LOCKSTEP_ROWS,
+    Batch,
+    blend,
+    enter,
+    lockstep,
+    place,
+    rest,
+    row_of,
+)
+from powered_walker_env.phases import MAX_EXITS, Outcome
+from powered_walker_env.physics.actuation import flow
+from powered_walker_env.physics.constants import lane_of, lanes_of, unpack
+from powered_walker_env.physics.ground import name_fall
 from powered_walker_env.physics.heel_strike import heel_strike
 from powered_walker_env.physics.swing import kinetic_energy
 from powered_walker_env.record import (
-    DURATION,
-    ENERGY_IN,
-    ENERGY_LOST,
-    FINAL,
-    LOG_COLUMNS,
-    MIN_CLEARANCE,
-    STATE,
-    STEP_LENGTH,
-    energy_at,
+    TOTALS_ROWS,
+    add_step,
+    clear,
     log_step,
-    track_clearance,
-    track_work,
+    look,
+    totals,
+    travel,
     write_log,
+    write_row,
 )
 from powered_walker_env.sensitivity import (
-    Directions,
+    DIRECTION_ROWS,
     begin,
-    pass_event,
-    pass_heel_strike,
+    directions_of,
+    enter_phases,
+    leave_phases,
     propagate,
+    strike,
+    write_derivatives,
 )
 
-LOCKED, NONE = int(Joints.ANKLE_LOCKED), int(Torque.NONE)
-SWITCH_ANGLE, HEEL_STRIKE = int(Guard.SWITCH_ANGLE), int(Reset.HEEL_STRIKE)
 WALKED, NO_LANDING = int(Outcome.WALKED), int(Outcome.NO_LANDING)
 NOT_FINITE, STEP_LIMIT = int(Outcome.NOT_FINITE), int(Outcome.STEP_LIMIT)
 
@@ -58,209 +96,277 @@ NOT_FINITE, STEP_LIMIT = int(Outcome.NOT_FINITE), int(Outcome.STEP_LIMIT)
 TIME_LIMIT = 20.0  # no landing by then is a fall; the nearly simplest walker takes 3.9
 LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
+LINEAR = 1e-3  # times √rtol: a way to an event that is linear to its square
 MAX_STEPS = 20_000
 MAX_PHASES = 16
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
+EVERY_LANE = (1 << LANES) - 1
+KERNEL_ROWS = LOCKSTEP_ROWS + WORKSPACE_ROWS + TOTALS_ROWS
 
 
-@kernel
-def _already_over(guards, joints, w, switch_angle, step_height, c, ends):
-    """Set the guards at the start of a phase; index of one that has already happened, or −1.
-
-    A hip already past the switch and closing starts the motor at once; a walker that is
-    already down has fallen. A landing must be a fall through the floor.
-    """
-    over = -1
-    for k in range(len(guards)):
-        value, rate = guard_at(guards[k], joints, w.y, switch_angle, step_height, c)
-        ends[k, 2], ends[k, 3] = value, rate
-        closing = guards[k] == FALL or (guards[k] == SWITCH_ANGLE and rate < 0.0)
-        if closing and not value > 0.0:
-            over = k
-    return over
-
-
-@kernel
-def _run_phase(
-    code, phase, t, w, control, row, c, step_height, rtol, interval, log, result, directions
-):
-    """Integrate one phase from w.y to its end, w.y ending on the event.
-
-    Returns where it leads (encoded), the reset and the guard of its exit, and the time.
-    """
-    joints, torque = code[0], code[1]
-    guards = (code[2], code[5], FALL)
-    ends = np.empty((MAX_EXITS + 1, 4))
-    unit = math.sqrt(c.L / abs(c.g))
-    over = _already_over(guards, joints, w, control[0], step_height, c, ends)
-    tolerance = TOLERANCE_SHARE * rtol
-    h = tolerance**0.125 * unit  # about a step's length for this tolerance
-    start(joints, torque, w, control[1], c)
-    fresh = True
-    for _ in range(MAX_STEPS):
-        if over >= 0:
-            break
-        if t >= TIME_LIMIT * unit:
-            return -1 - NO_LANDING, 0, 0, t
-        h = min(h, LONGEST_STEP * unit, TIME_LIMIT * unit - t + SHORTEST_STEP * unit)
-        step(joints, torque, w, h, control[1], c)
-        error = error_norm(w, h, tolerance, 1.0 / unit)
-        if not error <= 1.0:
-            h *= step_factor(error) if error < math.inf else 0.1
-            if h < SHORTEST_STEP * unit:
-                return -1 - (STEP_LIMIT if error < math.inf else NOT_FINITE), 0, 0, t
-            continue
-        for k in range(len(guards)):
-            ends[k, 0], ends[k, 1] = ends[k, 2], ends[k, 3]
-            ends[k, 2], ends[k, 3] = guard_at(
-                guards[k], joints, w.y_new, control[0], step_height, c
-            )
-        over, fraction = find_event(joints, torque, w, h, guards, ends, control, step_height, c)
-        length, correction = h, 0.0
-        if over >= 0:
-            length, correction = step_onto(
-                guards[over], joints, torque, w, h, fraction * h, control, step_height, c
-            )
-        if interval > 0.0:
-            log_step(joints, torque, t, length, interval, phase, w, control[1], c, log, result)
-        if directions is not None:
-            propagate(joints, torque, w, length, correction, fresh, control, row, c, directions)
-        taken, fresh = length + correction, False
-        track_clearance(joints, torque, w, length, step_height, control[1], c, result)
-        if torque != NONE:
-            track_work(torque, w, taken, control[1], c, result)
-        t += taken
-        h *= step_factor(error)
-        for i in range(DIMENSION):
-            w.y[i] = w.y_new[i]
-            w.slopes[0, i] = w.slopes[STAGES, i]
-    if over < 0:
-        return -1 - STEP_LIMIT, 0, 0, t
-    if guards[over] == FALL:
-        return -1 - name_fall(joints, w.y, c), 0, 0, t
-    return code[4 + 3 * over], code[3 + 3 * over], guards[over], t
+@internal
+def _next_stride(s, w, sums, lane, queue, batch, d):
+    """Place the next stride that can begin in a free lane; the strides begun so far."""
+    states = batch.states
+    for index in range(queue, batch.count):
+        c = unpack(batch.rows, row_of(index, batch.row_count))
+        place(s, w, lane, index, batch, c)
+        clear(sums, lane)
+        enter(s, w, lane, 0, batch)
+        if d is not None:
+            begin(d, lane)
+        if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
+            return index + 1
+        _finish(s, w, sums, lane, NOT_FINITE, batch, d)
+    rest(s, lane)
+    return batch.count
 
 
-@kernel
-def _begin(state, c, w, result):
-    """Set the post-strike state, feet locked, and an empty row of results."""
-    w.y[0], w.y[1], w.y[2] = state[0] - c.lock, state[0], state[1] + math.pi
-    w.y[3], w.y[4], w.y[5] = state[2], state[2], state[3]
-    result[:] = 0.0
-    result[STATE] = math.nan
-    result[MIN_CLEARANCE] = math.inf
-    for value in state:
-        if not math.isfinite(value):
-            return False
-    return True
+@internal
+def _begin_phases(s, w, sums, begun):
+    """Slopes, guards and sums where phases begin (bits); those that are over at once."""
+    mask, y, c, drive = mask_of(begun), load_state(w.y, 0), lanes_of(w.constants), acting(w)
+    locked = load(w.locked, 0) > 0.0
+    slope = flow(locked, y, drive, c)
+    for i in range(DIMENSION):
+        blend(w.slopes, i, mask, slope[i])
+    watch(s, locked, y, c, mask, s.value, s.rate)
+    look(sums, mask, y, drive, c)
+    return over_at_once(s) & begun
 
 
-@kernel
-def _strike(w, c, result):
-    """Apply the heel strike to w.y; write the post-strike state and the energy lost."""
-    y = w.y
+@internal
+def _strike(s, w):
+    """Heel strikes of all eight, from w.y to s.struck; energy lost and way travelled."""
+    y, c = load_state(w.y, 0), lanes_of(w.constants)
+    struck = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
+    store_state(s.struck, 0, struck)
     before = kinetic_energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    y[0], y[1], y[2], y[3], y[4], y[5] = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    result[ENERGY_LOST] = before - kinetic_energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    result[0], result[1], result[2], result[3] = y[1], y[2] - math.pi, y[4], y[5]
+    after = kinetic_energy(struck[0], struck[1], struck[2], struck[3], struck[4], struck[5], c)
+    store(s.lost, 0, before - after)
+    store(s.travelled, 0, travel(s, y, c))
 
 
-@kernel
-def run_stride(cycle, state, control, row, step_height, rtol, interval, log, result, directions):
-    """One stride of the walker packed in `row`; fills `result`, returns the outcome.
+@internal
+def _way_out(s, w, lane, batch):
+    """Where a phase that has ended leads: a phase, or −1 − outcome."""
+    ending, phase, cycle = int(s.ending[0, lane]), int(s.phase[0, lane]), batch.cycle
+    if ending < 0:
+        return ending
+    if ending == FALL:
+        c = lane_of(w.constants, lane)
+        return -1 - name_fall(w.locked[0, lane] > 0.0, state_of(w.y, lane), c)
+    for exit in range(MAX_EXITS):
+        if cycle[phase, 2 + 3 * exit] == ending:
+            to = int(cycle[phase, 4 + 3 * exit])
+            return to if s.phases[0, lane] < MAX_PHASES or to < 0 else -1 - STEP_LIMIT
+    return -1 - STEP_LIMIT  # not reached: only guards of the phase end it
 
-    Args:
-        cycle: the encoded phases.
-        state: (4,) post-strike state; control: (switch angle, stall torque).
-        step_height: m, of the ground ahead over the ground under the stance foot.
-        rtol: tolerance of the post-strike state.
-        interval: s between samples in `log`, 0 for none; events are logged in any case.
-        log: (m, LOG_COLUMNS), m may be 0; result: (RESULTS,).
-        directions: to differentiate the stride by, or None; numba leaves the derivatives
-            out of the machine code of strides without them.
-    """
-    c = unpack(row)
-    w = workspace()
-    if not _begin(state, c, w, result):
-        return NOT_FINITE
-    if directions is not None:
-        begin(directions)
-    first_phi, before_strike = w.y[0], np.empty(DIMENSION)
-    t, phase, outcome = 0.0, 0, STEP_LIMIT
-    write_log(t, w.y, phase, log, result)
-    for _ in range(MAX_PHASES):
-        powered = cycle[phase][1] != NONE
-        acting = (cycle[phase][0], cycle[phase][1])
-        before, began = energy_at(w.y, c) if powered else 0.0, t
-        to, reset, guard, t = _run_phase(
-            cycle[phase], phase, t, w, control, row, c, step_height, rtol, interval, log, result,
-            directions,
-        )  # fmt: skip
-        if powered:
-            result[ENERGY_IN] += energy_at(w.y, c) - before
-        write_log(t, w.y, phase, log, result)
-        if reset == HEEL_STRIKE:
-            result[FINAL] = w.y
-            result[STEP_LENGTH] = swing_foot(w.y[0], w.y[1], w.y[2], c).imag + c.R * (
-                w.y[0] - first_phi
-            )
-            before_strike[:] = w.y
-            _strike(w, c, result)
-            if directions is not None:
-                pass_heel_strike(
-                    guard, acting, first_phi, before_strike, w.y, control, row, c, directions
-                )
-        elif to >= 0 and directions is not None:
-            following = (cycle[to][0], cycle[to][1])
-            pass_event(guard, t > began, (acting, following), w.y, control, row, c, directions)
-        if to < 0:
-            outcome = -1 - to
-            break
-        phase = to
-        write_log(t, w.y, phase, log, result)
-    result[DURATION] = t
-    if outcome != WALKED:
-        result[STATE] = math.nan
-        result[FINAL] = w.y
-    elif not math.isfinite(result[0] + result[1] + result[2] + result[3]):
+
+@internal
+def _finish(s, w, sums, lane, outcome, batch, d):
+    """Write the results of a stride that is over."""
+    index = int(s.index[0, lane])
+    if outcome == WALKED and not math.isfinite(s.struck[4, lane] + s.struck[5, lane]):
         outcome = NOT_FINITE
-    if result[MIN_CLEARANCE] == math.inf:
-        result[MIN_CLEARANCE] = math.nan
-    return outcome
+    write_row(batch.results, index, s, w, sums, lane, outcome)
+    if d is not None:
+        write_derivatives(d, index, lane, outcome == WALKED)
 
 
-@threaded_kernel
-def run_strides(cycle, states, controls, rows, heights, rtol, results, outcomes):
-    """N strides one after another; `rows` and `heights` have N rows or one for all."""
-    no_log = np.empty((0, LOG_COLUMNS))
-    for i in range(states.shape[0]):
-        row = rows[i if rows.shape[0] > 1 else 0]
-        height = heights[i if heights.shape[0] > 1 else 0]
-        control = (controls[i, 0], controls[i, 1])
-        outcomes[i] = run_stride(
-            cycle, states[i], control, row, height, rtol, 0.0, no_log, results[i], None
-        )
+@internal
+def _end_phases(s, w, sums, ended, queue, batch, d):
+    """Pass lanes (bits) on to the next phase or stride.
+
+    Returns those that begin one, and how many strides have been begun.
+    """
+    if d is not None:
+        leave_phases(d, s, w, mask_of(ended))
+    _strike(s, w)
+    if d is not None:
+        strike(d, s, w, mask_of(ended))
+    begun, continued = 0, 0
+    for lane in range(LANES):
+        if not ended >> lane & 1:
+            continue
+        to = _way_out(s, w, lane, batch)
+        if lane == 0:
+            write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
+        if to < 0:
+            _finish(s, w, sums, lane, -1 - to, batch, d)
+            queue = _next_stride(s, w, sums, lane, queue, batch, d)
+            begun |= (1 << lane) if s.index[0, lane] >= 0 else 0
+            continue
+        enter(s, w, lane, to, batch)
+        continued |= 1 << lane
+        if lane == 0:
+            write_log(batch, s.t[0, 0], state_of(w.y, 0), to)
+    if d is not None and continued:
+        enter_phases(d, s, w, mask_of(continued))
+    return begun | continued, queue
 
 
-@threaded_kernel
-def differentiate_strides(
-    cycle, states, controls, rows, rtol, changes, results, outcomes, derivatives
-):
-    """N strides on flat ground with their derivatives along the same n directions.
+@internal
+def _look_for_events(s, w, landed, good, suspected, linear):
+    """Lanes (bits) whose steps are taken, and lanes whose phases end with them.
 
     Args:
-        changes: (n, 18) of the state (4), the control (2) and the packed walker (12).
-        derivatives: (N, n, OUTPUTS) of the post-strike state, duration, step length.
+        good: lanes whose steps are accurate; suspected: for each guard, the lanes in
+            which it may have fallen; landed: lanes where touching the floor is a landing.
     """
-    n = changes.shape[0]
-    no_log = np.empty((0, LOG_COLUMNS))
-    S, slopes = np.empty((n, DIMENSION)), np.empty((n, STAGES + 1, DIMENSION))
-    by_state, by_control, by_params = changes[:, :4], changes[:, 4:6], changes[:, 6:]
-    for i in range(states.shape[0]):
-        row = rows[i if rows.shape[0] > 1 else 0]
-        control = (controls[i, 0], controls[i, 1])
-        derivatives[i] = math.nan
-        directions = Directions(by_state, by_control, by_params, S, slopes, derivatives[i])
-        outcomes[i] = run_stride(
-            cycle, states[i], control, row, 0.0, rtol, 0.0, no_log, results[i], directions
-        )
+    stepping = bits(load(s.target, 0) > 0.0) & good
+    doubtful = (suspected[0] | suspected[1] | suspected[2]) & good
+    taken, ended = good & ~stepping & ~doubtful, 0
+    for lane in range(LANES):
+        if not (stepping | doubtful) >> lane & 1:
+            continue
+        if doubtful >> lane & 1:
+            guards = (
+                (suspected[0] >> lane & 1) << SWITCH_ANGLE
+                | (suspected[1] >> lane & 1) << LANDING
+                | (suspected[2] >> lane & 1) << FALL
+            )
+            guard, fraction = first_fall(s, w, lane, guards)
+            if fraction < NOWHERE:
+                aim(s, w, lane, guard, fraction)
+                continue
+            if not stepping >> lane & 1:
+                taken |= 1 << lane
+                continue
+        if arrive(s, w, lane, landed >> lane & 1, linear * s.unit[0, lane]):
+            taken |= 1 << lane
+            ended |= 1 << lane
+    return taken, ended
+
+
+@internal
+def _give_up(s, w, error, good, taken):
+    """Lanes (bits) whose strides cannot be brought to an end; notes why in s.ending."""
+    unit = load(s.unit, 0)
+    late = bits(load(s.t, 0) >= TIME_LIMIT * unit) & taken
+    stuck = bits(load(s.h, 0) < SHORTEST_STEP * unit) & ~good
+    lost = stuck & ~bits(error < math.inf)
+    for lane in range(LANES):
+        s.steps[0, lane] += 1
+        if s.steps[0, lane] > MAX_STEPS:
+            stuck |= 1 << lane
+    given_up = (late | stuck) & bits(load(s.busy, 0) > 0.0)
+    if given_up:
+        for lane in range(LANES):
+            if given_up >> lane & 1:
+                reason = NOT_FINITE if lost >> lane & 1 else STEP_LIMIT
+                s.ending[0, lane] = -1 - (NO_LANDING if late >> lane & 1 else reason)
+    return given_up
+
+
+@internal
+def _commit(s, w, mask, taken):
+    """Go on from the ends of the steps, where the mask holds."""
+    for i in range(DIMENSION):
+        blend(w.y, i, mask, load(w.y_new, i))
+        blend(w.slopes, i, mask, load(w.slopes, DIMENSION * STAGES + i))
+    for guard in (SWITCH_ANGLE, LANDING, FALL):
+        blend(s.value, guard, mask, load(s.value_new, guard))
+        blend(s.rate, guard, mask, load(s.rate_new, guard))
+    blend(s.t, 0, mask, load(s.t, 0) + taken)
+    blend(s.elapsed, 0, mask, 1.0)
+    blend(s.fresh, 0, mask, 0.0)
+    blend(s.scuffed, 0, mask, 0.0)
+
+
+@internal
+def _advance(s, w, sums, batch, d):
+    """One step of every lane; the lanes (bits) whose phases have ended with it."""
+    unit, c = load(s.unit, 0), lanes_of(w.constants)
+    planned(s, w, LONGEST_STEP * unit, (TIME_LIMIT + SHORTEST_STEP) * unit)
+    step(w)
+    error = error_norm(w, TOLERANCE_SHARE * batch.rtol, 1.0 / unit)
+    stepping, busy = load(s.target, 0) > 0.0, load(s.busy, 0) > 0.0
+    good = bits((stepping | (error <= 1.0)) & busy)
+    factor = step_factor(error)
+    factor = where((load(s.refused, 0) > 0.0) & (factor > 1.0), 1.0, factor)
+    store(s.refused, 0, where(error <= 1.0, 0.0 * error, 1.0))
+    store(s.h, 0, where(stepping, load(s.h, 0), load(w.length, 0) * factor))
+    y, y_new = load_state(w.y, 0), load_state(w.y_new, 0)
+    watch(s, load(w.locked, 0) > 0.0, y_new, c, mask_of(EVERY_LANE), s.value_new, s.rate_new)
+    store(s.correction, 0, 0.0 * unit)
+    taken, ended = _look_for_events(
+        s, w, landing_lanes(w, y_new, c), good, suspicions(s, load(w.length, 0), y, y_new),
+        LINEAR * math.sqrt(batch.rtol),
+    )  # fmt: skip
+    correction, mask = load(s.correction, 0), mask_of(taken)
+    for i in range(DIMENSION):
+        moved = load(w.y_new, i) + correction * load(w.slopes, DIMENSION * STAGES + i)
+        store(w.y_new, i, moved)
+    length = load(w.length, 0) + correction
+    if d is not None:
+        propagate(d, s, w, mask)
+    if batch.interval > 0.0 and taken & 1:
+        log_step(batch, s, w)
+    add_step(sums, s, w, mask, length)
+    _commit(s, w, mask, length)
+    return ended | (_give_up(s, w, error, good, taken) & ~ended)
+
+
+@internal
+def _run(s, w, sums, batch, d):
+    """Run all strides of a batch."""
+    queue, begun = 0, 0
+    for lane in range(LANES):
+        queue = _next_stride(s, w, sums, lane, queue, batch, d)
+        begun |= (1 << lane) if s.index[0, lane] >= 0 else 0
+    write_log(batch, 0.0, state_of(w.y, 0), 0)
+    for _ in range((MAX_STEPS + MAX_PHASES) * batch.count + 1):
+        while begun:  # each round ends a phase, of which a stride has at most MAX_PHASES
+            ended = _begin_phases(s, w, sums, begun)
+            begun = 0
+            if ended:
+                begun, queue = _end_phases(s, w, sums, ended, queue, batch, d)
+        if not bits(load(s.busy, 0) > 0.0):
+            break
+        ended = _advance(s, w, sums, batch, d)
+        if ended:
+            begun, queue = _end_phases(s, w, sums, ended, queue, batch, d)
+
+
+@threaded_kernel
+def run_strides(
+    cycle, states, controls, rows, heights, rtol, results, interval, log, changes, derivatives
+):
+    """N strides; `rows` (packed walkers) and `heights` have N rows or one for all.
+
+    Args:
+        cycle: (phases, codes) the encoded phases.
+        states: (N, 4) post-strike states; controls: (N, 2) switch angles, stall torques.
+        heights: m, of the ground ahead over the ground under the stance foot.
+        rtol: tolerance of the post-strike state.
+        results: (N, RESULTS) is written.
+        interval: s between samples of the first stride in `log`, 0 for its events alone.
+        log: (m, LOG_COLUMNS), m = 0 for none.
+        changes: None, or (n, 6 + PACKED) directions to differentiate along: changes of the
+            post-strike state (4), the control (2) and the packed walker.
+        derivatives: (N·n, OUTPUTS) of the post-strike state, duration, step length.
+
+    Returns:
+        The number of rows written to `log`.
+    """
+    logged = np.zeros((1, 1))
+    n = 0 if changes is None else changes.shape[0]
+    block = np.zeros((KERNEL_ROWS + n * DIRECTION_ROWS + 1) * LANES)
+    memory = eights(block)
+    s, w = lockstep(memory), workspace(rows_from(memory, LOCKSTEP_ROWS))
+    sums = totals(rows_from(memory, LOCKSTEP_ROWS + WORKSPACE_ROWS))
+    batch = Batch(
+        states.shape[0], table(cycle), table(states), table(controls),
+        table(rows), rows.shape[0], table(heights), heights.shape[0],
+        rtol, (TOLERANCE_SHARE * rtol) ** 0.125, table(results),
+        interval, table(log), log.shape[0], table(logged),
+    )  # fmt: skip
+    if changes is None:
+        _run(s, w, sums, batch, None)
+    else:
+        more = rows_from(memory, KERNEL_ROWS)
+        d = directions_of(more, table(changes), n, table(derivatives))
+        _run(s, w, sums, batch, d)
+    # What the tables point to must live until here.
+    return int(logged[0, 0]) + 0 * len(block)

@@ -5,8 +5,7 @@ section 3). It is a list of phases; each says which joints are free, which torqu
 acts, and how it can end: a guard (an event), the reset applied there, and what
 follows (another phase by name, or the outcome of the stride). A different walker is
 another list here, not another simulator: the compiled kernel (`kernel.py`) takes the
-encoded list as an argument and is compiled once for each shape of list. (Its entries as
-constants of the machine code, a kernel for each list, are no faster: ratio 1.00.)
+encoded list as an argument.
 
 "Stride" means one step of one leg, as in McGeer and Camp; in biomechanics a stride
 is two steps.
@@ -17,6 +16,9 @@ from __future__ import annotations
 import functools
 from enum import IntEnum
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Joints(IntEnum):
@@ -144,15 +146,14 @@ PASSIVE_WALKER: Cycle = (
 )
 
 MAX_EXITS = 2  # exits of one phase; the encoding pads shorter lists with Guard.NEVER
-EncodedCycle = tuple[tuple[int, ...], ...]
 
 
 @functools.cache
-def encode(cycle: Cycle) -> EncodedCycle:
-    """The list as nested integers for the kernel.
+def encode(cycle: Cycle) -> NDArray[np.float64]:
+    """The list as numbers for the kernel, one row a phase; not to be written to.
 
-    Each phase becomes (joints, torque, guard, reset, to, guard, reset, to, ...), where
-    `to` is the index of the next phase, or −1 − outcome.
+    A row is (joints, torque, guard, reset, to, guard, reset, to, ...), where `to` is the
+    index of the next phase, or −1 − outcome.
 
     Raises:
         ValueError: a phase has too many exits or names a phase that is not in the list.
@@ -160,7 +161,9 @@ def encode(cycle: Cycle) -> EncodedCycle:
     names = [phase.name for phase in cycle]
     if len(set(names)) != len(names):
         raise ValueError(f"the phases of a cycle need different names, got {names}")
-    return tuple(_encode_phase(phase, names) for phase in cycle)
+    code = np.array([_encode_phase(phase, names) for phase in cycle], dtype=np.float64)
+    code.setflags(write=False)
+    return code
 
 
 def _encode_phase(phase: Phase, names: list[str]) -> tuple[int, ...]:

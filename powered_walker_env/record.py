@@ -3,27 +3,80 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from powered_walker_env.compilation import kernel
-from powered_walker_env.integrator import dense_state, prepare_dense
-from powered_walker_env.physics.actuation import ankle_power
-from powered_walker_env.physics.ground import clearance, legs_have_passed
+from powered_walker_env.compilation import internal
+from powered_walker_env.dense import interpolate, look_inside
+from powered_walker_env.integrator import (
+    DIMENSION,
+    acting,
+    first_lane,
+    load_state,
+)
+from powered_walker_env.lanes import Table, bits, load, rows_from, where
+from powered_walker_env.lockstep import blend
+from powered_walker_env.phases import Outcome
+from powered_walker_env.physics.actuation import ankle_power, flow
+from powered_walker_env.physics.constants import lanes_of
+from powered_walker_env.physics.ground import clearance, clearance_acceleration, swing_foot
 from powered_walker_env.physics.swing import energy
 
 # Columns of a row of results.
 STATE = slice(0, 4)  # post-strike state (α, s, α', β'); NaN unless the walker walked
 FINAL = slice(4, 10)  # φ, α, β and rates at the end, before any heel strike
-DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE, LOGGED = range(10, 17)
+DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE, OUTCOME = range(10, 17)
 RESULTS = 17
-
-BISECTIONS = 40  # in search of a minimum: to 1e-12 of a step
+WALKED = int(Outcome.WALKED)
 
 # Columns of a row of the log: time, φ, α, β and rates, phase.
 LOG_COLUMNS = 8
 
+NEWTON_STEPS = 2  # towards a minimum, from the cubic's: what is left counts squared
 
-@kernel
-def _cubic_minimum(value, slope, value_end, slope_end):
+
+class Totals(NamedTuple):
+    """Sums over the strides of eight walkers, and what the next step adds to them; a row each."""
+
+    energy: Table  # J, where the step begins
+    power: Table  # W, of the ankle torque
+    height: Table  # m, of the swing foot above flat ground
+    descent: Table  # m/s, its rate
+    energy_in: Table  # J
+    positive_work: Table  # J
+    lowest: Table  # m, of the swing foot since the legs passed
+
+
+TOTALS_ROWS = 7
+
+
+@internal
+def totals(rows):
+    """Those in the first TOTALS_ROWS of a table of lanes."""
+    return Totals(
+        rows, rows_from(rows, 1), rows_from(rows, 2), rows_from(rows, 3), rows_from(rows, 4),
+        rows_from(rows, 5), rows_from(rows, 6),
+    )  # fmt: skip
+
+
+@internal
+def clear(sums, lane):
+    """Nothing has been added up for this lane's stride."""
+    sums.energy_in[0, lane], sums.positive_work[0, lane] = 0.0, 0.0
+    sums.lowest[0, lane] = math.inf
+
+
+@internal
+def look(sums, mask, y, drive, c):
+    """Take energy, power and clearance at y as those where the step begins."""
+    height, descent = clearance(y, c)
+    blend(sums.energy, 0, mask, energy(y[0], y[1], y[2], y[3], y[4], y[5], c))
+    blend(sums.power, 0, mask, ankle_power(y, drive))
+    blend(sums.height, 0, mask, height)
+    blend(sums.descent, 0, mask, descent)
+
+
+@internal
+def cubic_minimum(value, slope, value_end, slope_end):
     """Where in (0, 1) the cubic with these ends (slopes per step) has its minimum, and how low.
 
     The place is 2 if it has none inside.
@@ -31,95 +84,125 @@ def _cubic_minimum(value, slope, value_end, slope_end):
     a = 2.0 * (value - value_end) + slope + slope_end
     b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
     root = b * b - 3.0 * a * slope
-    if root < 0.0 or (b <= 0.0 and a == 0.0):
-        return 2.0, math.inf
+    width = math.sqrt(where(root > 0.0, root, 0.0))
     # Of the two forms of the root of the slope, the one that does not cancel.
-    x = -slope / (b + math.sqrt(root)) if b > 0.0 else (math.sqrt(root) - b) / (3.0 * a)
-    if not 0.0 < x < 1.0:
-        return 2.0, math.inf
-    return x, value + x * (slope + x * (b + x * a))
+    x = where(b > 0.0, -slope / (b + width), (width - b) / (3.0 * a))
+    inside = (root >= 0.0) & (x > 0.0) & (x < 1.0)
+    low = value + x * (slope + x * (b + x * a))
+    return where(inside, x, 2.0), where(inside, low, math.inf)
 
 
-@kernel
-def _positive_gain(value, slope, value_end, slope_end):
+@internal
+def _gain(value, slope, value_end, slope_end):
     """How much a quantity rises over a step, its falls left out (at most one turn inside)."""
-    if slope < 0.0 < slope_end:
-        _, low = _cubic_minimum(value, slope, value_end, slope_end)
-        return max(0.0, value_end - min(low, value_end))
-    if slope_end < 0.0 < slope:
-        _, low = _cubic_minimum(-value, -slope, -value_end, -slope_end)
-        return max(0.0, -min(low, -value) - value)
-    return max(0.0, value_end - value)
+    _, bottom = cubic_minimum(value, slope, value_end, slope_end)
+    _, top = cubic_minimum(-value, -slope, -value_end, -slope_end)
+    bottom = where(bottom < value_end, bottom, value_end)
+    top = where(top < -value, -top, value)
+    up = where(value_end > value, value_end - value, 0.0)
+    after_dip = where((slope < 0.0) & (slope_end > 0.0), value_end - bottom, up)
+    return where((slope > 0.0) & (slope_end < 0.0), top - value, after_dip)
 
 
-@kernel
-def energy_at(y, c):
-    return energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
+@internal
+def add_step(sums, s, w, mask, taken):
+    """Add the work of the step just taken, and where the swing foot was lowest in it.
+
+    Args:
+        taken: s, the length of the step, its correction included.
+    """
+    y_new, drive, c = load_state(w.y_new, 0), acting(w), lanes_of(w.constants)
+    before, power = load(sums.energy, 0), load(sums.power, 0)
+    height, descent = load(sums.height, 0), load(sums.descent, 0)
+    look(sums, mask, y_new, drive, c)
+    after = load(sums.energy, 0)
+    powered = mask & (load(s.powered, 0) > 0.0)
+    gain = _gain(before, power * taken, after, load(sums.power, 0) * taken)
+    blend(sums.energy_in, 0, powered, load(sums.energy_in, 0) + (after - before))
+    blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
+    ahead = mask & (y_new[1] > y_new[2] - math.pi)
+    low = load(sums.height, 0)
+    where_low, _ = cubic_minimum(height, descent * taken, low, load(sums.descent, 0) * taken)
+    apart, apart_end = _apart(load_state(w.y, 0)), _apart(y_new)
+    passed = where(apart > 0.0, 0.0, apart / (apart - apart_end))
+    dips = ahead & (where_low > passed) & (where_low < 1.0)
+    if bits(dips):
+        deep = _lowest_inside(w, where_low, passed, c)
+        low = where(dips & (deep < low), deep, low)
+    low = low - load(s.height, 0)
+    lowest = load(sums.lowest, 0)
+    blend(sums.lowest, 0, ahead & (low < lowest), low)
 
 
-@kernel
-def _lowest_clearance(w, low, c):
-    """The swing foot's lowest point on the interpolant after fraction `low`, by bisection."""
-    high = 1.0
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        dense_state(w, middle)
-        _, rate = clearance(w.work, c)
-        if rate < 0.0:
-            low = middle
-        else:
-            high = middle
-    dense_state(w, high)
-    return clearance(w.work, c)[0]
+@internal
+def _apart(y):
+    """α − s, which rises through zero as the legs pass."""
+    return y[1] - y[2] + math.pi
 
 
-@kernel
-def track_clearance(joints, torque, w, h, step_height, stall_torque, c, result):
-    """Lower MIN_CLEARANCE to the swing foot's lowest point over a step with the legs passed."""
-    if not legs_have_passed(w.y_new):
-        return
-    height, rate = clearance(w.y, c)
-    lowest, rate_end = clearance(w.y_new, c)
-    where, _ = _cubic_minimum(height, rate * h, lowest, rate_end * h)
-    apart = w.y[1] - w.y[2] + math.pi  # α − s, which rises through zero as the legs pass
-    apart_end = w.y_new[1] - w.y_new[2] + math.pi
-    passed = 0.0 if apart > 0.0 else apart / (apart - apart_end)
-    if passed < where < 1.0:
-        prepare_dense(joints, torque, w, h, stall_torque, c)
-        lowest = min(lowest, _lowest_clearance(w, passed, c))
-    result[MIN_CLEARANCE] = min(result[MIN_CLEARANCE], lowest - step_height)
+@internal
+def _lowest_inside(w, x, earliest, c):
+    """The lowest clearance near fraction x of the step: Newton on the interpolant."""
+    interpolate(w)
+    h = load(w.length, 0)
+    for _ in range(NEWTON_STEPS):
+        y = look_inside(w, x)
+        _, rate = clearance(y, c)
+        slope = flow(load(w.locked, 0) > 0.0, y, acting(w), c)
+        bend = h * clearance_acceleration(y, slope, c)
+        x = where(bend > 0.0, x - rate / bend, x)
+        x = where(x > earliest, x, earliest)
+        x = where(x < 1.0, x, 1.0)
+    height, _ = clearance(look_inside(w, x), c)
+    return height
 
 
-@kernel
-def write_log(t, y, phase, log, result):
+@internal
+def write_row(results, row, s, w, sums, lane, outcome):
+    """The results of the stride that one lane has ended."""
+    walked = outcome == WALKED
+    for i in range(DIMENSION):
+        results[row, 4 + i] = w.y[i, lane]
+    results[row, 0] = s.struck[1, lane] if walked else math.nan
+    results[row, 1] = s.struck[2, lane] - math.pi if walked else math.nan
+    results[row, 2] = s.struck[4, lane] if walked else math.nan
+    results[row, 3] = s.struck[5, lane] if walked else math.nan
+    results[row, DURATION] = s.t[0, lane]
+    results[row, STEP_LENGTH] = s.travelled[0, lane] if walked else 0.0
+    results[row, ENERGY_IN] = sums.energy_in[0, lane]
+    results[row, POSITIVE_WORK] = sums.positive_work[0, lane]
+    results[row, ENERGY_LOST] = s.lost[0, lane] if walked else 0.0
+    low = sums.lowest[0, lane]
+    results[row, MIN_CLEARANCE] = low if low < math.inf else math.nan
+    results[row, OUTCOME] = outcome
+
+
+@internal
+def travel(s, y, c):
+    """How far the contact point moves in the stride, m: foot to foot, and the rolling."""
+    return swing_foot(y[0], y[1], y[2], c).imag + c.R * (y[0] - load(s.first_phi, 0))
+
+
+@internal
+def write_log(batch, t, y, phase):
     """Append a row to the log if there is room."""
-    row = int(result[LOGGED])
-    if row < log.shape[0]:
-        log[row, 0] = t
-        log[row, 1:7] = y
-        log[row, 7] = phase
-        result[LOGGED] = row + 1
+    row, log = int(batch.logged[0, 0]), batch.log
+    if row < batch.room:
+        log[row, 0], log[row, 7] = t, phase
+        for i in range(DIMENSION):
+            log[row, 1 + i] = y[i]
+        batch.logged[0, 0] = row + 1
 
 
-@kernel
-def log_step(joints, torque, t, h, interval, phase, w, stall_torque, c, log, result):
-    """Log the multiples of `interval` inside a step that begins at t."""
+@internal
+def log_step(batch, s, w):
+    """Log the multiples of the interval inside the step that lane 0 has just made."""
+    t, h, interval = s.t[0, 0], w.length[0, 0], batch.interval
     k = math.floor(t / interval) + 1.0
     if k * interval >= t + h:
         return
-    prepare_dense(joints, torque, w, h, stall_torque, c)
-    while k * interval < t + h and result[LOGGED] < log.shape[0]:
-        dense_state(w, (k * interval - t) / h)
-        write_log(k * interval, w.work, phase, log, result)
+    interpolate(w)
+    while k * interval < t + h and batch.logged[0, 0] < batch.room:
+        y = look_inside(w, (k * interval - t) / h + 0.0 * load(w.length, 0))
+        write_log(batch, k * interval, first_lane(y), s.phase[0, 0])
         k += 1.0
-
-
-@kernel
-def track_work(torque, w, h, stall_torque, c, result):
-    """Add the positive work of the ankle torque over a step to POSITIVE_WORK."""
-    result[POSITIVE_WORK] += _positive_gain(
-        energy_at(w.y, c),
-        ankle_power(torque, w.y, stall_torque, c) * h,
-        energy_at(w.y_new, c),
-        ankle_power(torque, w.y_new, stall_torque, c) * h,
-    )

@@ -10,202 +10,249 @@ a reset R gives ∂R/∂y (S + f⁻ dt) + ∂R/∂p.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-import numpy as np
-
-from powered_walker_env.compilation import kernel
-from powered_walker_env.integrator import DIMENSION, STAGE_WEIGHTS, STAGES, WEIGHTS
-from powered_walker_env.physics.actuation import LOCKED, MOTOR, flow
-from powered_walker_env.physics.ground import LANDING, SWITCH_ANGLE, clearance
+from powered_walker_env.compilation import internal
+from powered_walker_env.integrator import (
+    ADVANCES,
+    DIMENSION,
+    STAGE_ROWS,
+    STAGES,
+    acting,
+    load_state,
+    plus,
+    store_state,
+    weighted,
+)
+from powered_walker_env.lanes import Table, load, rows_from, where
+from powered_walker_env.lockstep import blend
+from powered_walker_env.phases import Guard
+from powered_walker_env.physics.actuation import flow
+from powered_walker_env.physics.constants import lanes_of
+from powered_walker_env.physics.ground import clearance
 from powered_walker_env.physics.heel_strike import momentum_matrix, new_contact, swapped
-from powered_walker_env.physics.swing import mass_matrix, solve_free, solve_locked, vectors
+from powered_walker_env.physics.swing import direction, mass_matrix, solve, vectors
 from powered_walker_env.physics.tangents import (
+    ankle_torque_tangent,
     bias_tangent,
+    hip_torque_tangent,
     mass_matrix_tangent,
     momenta_before_tangent,
-    motor_torque_tangent,
     swing_foot_tangent,
     unpack_direction,
     vectors_tangent,
 )
 
 OUTPUTS = 6  # what a stride is differentiated of: α, s, α', β' after it, duration, step length
+SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
+_FIRST, _STAGE, _WEIGHT = ADVANCES
+_SWITCH, _TORQUE, _PARAMS = 4, 5, 6  # columns of a direction: state, control, packed walker
 
 
 class Directions(NamedTuple):
-    """What to differentiate by, one direction a row, and room to do it."""
+    """What to differentiate by, and the derivatives of eight strides under way.
 
-    state: np.ndarray  # (n, 4) changes of the post-strike state at the start
-    control: np.ndarray  # (n, 2) of switch angle and stall torque
-    params: np.ndarray  # (n, 12) of the packed walker
-    S: np.ndarray  # (n, 6) derivative of (φ, α, β and rates), now
-    slopes: np.ndarray  # (n, 13, 6) of S at the stages
-    derivative: np.ndarray  # (n, OUTPUTS) the result
+    Tables of lanes, with so many rows for each of n directions one after another.
+    """
+
+    n: int
+    changes: Table  # (n, 6 + PACKED) of post-strike state, control and packed walker
+    S: Table  # 6, derivative of (φ, α, β and rates), now
+    slopes: Table  # 78, of S at the stages
+    shift: Table  # 1, s, how far the last event moves
+    out: Table  # OUTPUTS, the result
+    derivatives: Table  # (N·n, OUTPUTS) where the results go
 
 
-@kernel
-def begin(directions):
+DIRECTION_ROWS = DIMENSION + STAGE_ROWS + 1 + OUTPUTS
+
+
+@internal
+def directions_of(rows, changes, n, derivatives):
+    """Room for n directions in the first n·DIRECTION_ROWS of a table of lanes."""
+    slopes = n * DIMENSION
+    shift = slopes + n * STAGE_ROWS
+    return Directions(
+        n,
+        changes,
+        rows,
+        rows_from(rows, slopes),
+        rows_from(rows, shift),
+        rows_from(rows, shift + n),
+        derivatives,
+    )
+
+
+@internal
+def write_derivatives(d, index, lane, walked):
+    """The derivatives of the stride that one lane has ended; NaN after a fall."""
+    for k in range(d.n):
+        for j in range(OUTPUTS):
+            value = d.out[k * OUTPUTS + j, lane] if walked else math.nan
+            d.derivatives[index * d.n + k, j] = value
+
+
+@internal
+def begin(d, lane):
     """S at the start of a stride: both feet locked, φ = α − lock."""
-    for k in range(directions.S.shape[0]):
-        stance, swing, stance_rate, swing_rate = directions.state[k]
-        S = directions.S[k]
-        S[0], S[1], S[2] = stance - directions.params[k, 3], stance, swing
-        S[3], S[4], S[5] = stance_rate, stance_rate, swing_rate
+    for k in range(d.n):
+        S, change = DIMENSION * k, d.changes
+        d.S[S, lane] = change[k, 0] - change[k, _PARAMS + 3]
+        d.S[S + 1, lane], d.S[S + 2, lane] = change[k, 0], change[k, 1]
+        d.S[S + 3, lane], d.S[S + 4, lane] = change[k, 2], change[k, 2]
+        d.S[S + 5, lane] = change[k, 3]
 
 
-@kernel
-def _flow_tangent(joints, torque, y, slope, at, matrix, t, control, change, c, d, out):
-    """out = (∂f/∂y) t + ∂f/∂p: from M q'' + bias = force, M δq'' = δforce − δbias − δM q''.
+@internal
+def _walker(d, k, s, unfold, c):
+    """The direction's change of the walkers."""
+    change = (
+        d.changes[k, 6], d.changes[k, 7], d.changes[k, 8], d.changes[k, 9], d.changes[k, 10],
+        d.changes[k, 11], d.changes[k, 12], d.changes[k, 13], d.changes[k, 14], d.changes[k, 15],
+        d.changes[k, 16], d.changes[k, 17],
+    )  # fmt: skip
+    return unpack_direction(load(s.gravity, 0), unfold, change, c)
+
+
+@internal
+def _flow_tangent(locked, y, slope, at, matrix, t, drive, change, c, dc):
+    """(∂f/∂y) t + ∂f/∂p: from M q'' + bias = force, M δq'' = δforce − δbias − δM q''.
 
     Args:
         y, slope: a state and its derivative; at, matrix: its vectors and mass matrix.
-        t, change: the direction's state and stall torque; d: its walker.
+        t, change: the direction's state and stall torque; dc: its walker.
     """
-    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], d)
-    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, d)
-    b1, b2, b3 = bias_tangent(at, moved, (y[3], y[4], y[5]), (t[3], t[4], t[5]), c, d)
-    tau = 0.0
-    if torque == MOTOR:
-        tau = motor_torque_tangent(y[4] - y[3], t[4] - t[3], control[1], change, c, d)
+    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], dc)
+    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, dc)
+    b1, b2, b3 = bias_tangent(at, moved, y, t, c, dc)
+    tau = ankle_torque_tangent(y, t, drive, change, c, dc)
+    hip = hip_torque_tangent(y, t, c, dc)
     q1, q2, q3 = slope[3], slope[4], slope[5]
-    f1 = tau - b1 - d11 * q1 - d12 * q2 - d13 * q3
-    f2 = -tau - b2 - d12 * q1 - d22 * q2 - d23 * q3
-    f3 = -b3 - d13 * q1 - d23 * q2 - d33 * q3
-    out[0], out[1], out[2] = t[3], t[4], t[5]
-    if joints == LOCKED:
-        ddalpha, ddbeta = solve_locked(matrix, f1, f2, f3)
-        out[3], out[4], out[5] = ddalpha, ddalpha, ddbeta
-    else:
-        out[3], out[4], out[5] = solve_free(matrix, f1, f2, f3)
+    f1 = tau - b1 - d11 * q1 - d12 * q2 - c.reaction * d13 * q3
+    f2 = -tau - c.reaction * hip - b2 - d12 * q1 - d22 * q2 - c.reaction * d23 * q3
+    f3 = hip - b3 - d13 * q1 - d23 * q2 - d33 * q3
+    ddphi, ddalpha, ddbeta = solve(locked, matrix, f1, f2, f3, c)
+    return t[3], t[4], t[5], ddphi, ddalpha, ddbeta
 
 
-@kernel
-def propagate(joints, torque, w, h, correction, fresh, control, row, c, directions):
-    """Carry S over the step just taken: length h, then `correction` to first order.
+@internal
+def _blend_state(array, row, mask, y):
+    for i in range(DIMENSION):
+        blend(array, row + i, mask, y[i])
 
-    `fresh` says that the step begins a phase; later ones know their first slope.
-    """
-    t = np.empty(DIMENSION)
+
+@internal
+def propagate(d, s, w, mask):
+    """Carry S over the steps just taken, where the mask holds, and on to the events."""
+    c, drive, locked = lanes_of(w.constants), acting(w), load(w.locked, 0) > 0.0
+    h, correction, fresh = load(w.length, 0), load(s.correction, 0), load(s.fresh, 0) > 0.0
+    unfold = direction(-c.lock)
     for stage in range(STAGES + 1):
-        if stage == 0 and not fresh:
-            continue
-        y = w.y if stage == 0 else (w.y_new if stage == STAGES else w.stages[stage])
+        y = load_state(w.stages, DIMENSION * stage)
+        slope = load_state(w.slopes, DIMENSION * stage)
         at = vectors(y[0], y[1], y[2], c)
         matrix = mass_matrix(at[0], at[1], at[2], at[3], c)
-        weights = WEIGHTS if stage == STAGES else STAGE_WEIGHTS[stage]
-        for k in range(directions.S.shape[0]):
-            S, slopes = directions.S[k], directions.slopes[k]
-            for i in range(DIMENSION):
-                t[i] = 0.0
-            for j in range(stage):
-                if weights[j] != 0.0:
-                    for i in range(DIMENSION):
-                        t[i] += weights[j] * slopes[j, i]
-            for i in range(DIMENSION):
-                t[i] = S[i] + h * t[i]
-            d = unpack_direction(row, directions.params[k], c)
-            change = directions.control[k, 1]
-            out = slopes[stage]
-            _flow_tangent(
-                joints, torque, y, w.slopes[stage], at, matrix, t, control, change, c, d, out
-            )
+        for k in range(d.n):
+            slopes = rows_from(d.slopes, STAGE_ROWS * k)
+            t = load_state(d.S, DIMENSION * k)
+            if stage > 0:
+                t = plus(t, h, weighted(_FIRST, _STAGE, _WEIGHT, stage - 1, slopes))
+            dc = _walker(d, k, s, unfold, c)
+            change = d.changes[k, _TORQUE]
+            out = _flow_tangent(locked, y, slope, at, matrix, t, drive, change, c, dc)
+            if stage == 0:
+                _blend_state(slopes, 0, mask & fresh, out)
+            else:
+                store_state(slopes, DIMENSION * stage, out)
             if stage == STAGES:
-                for i in range(DIMENSION):
-                    S[i] = t[i] + correction * out[i]
-                    slopes[0, i] = out[i]
+                _blend_state(d.S, DIMENSION * k, mask, plus(t, correction, out))
+                _blend_state(slopes, 0, mask, out)
 
 
-@kernel
-def _event_shift(guard, y, S, switch_change, c, d):
-    """How much the event's time moves along a direction: dt = −(∇g·S + ∂g/∂p)/ġ."""
-    if guard == SWITCH_ANGLE:
-        return -(S[2] - S[1] - switch_change) / (y[5] - y[4])
-    if guard == LANDING:
-        _, rate = clearance(y, c)
-        return -swing_foot_tangent(y, S, c, d).real / rate
-    return 0.0
-
-
-@kernel
-def _shift(guard, elapsed, before, y, k, row, c, directions):
-    """Move S to the event, which moves too: S + f⁻ dt in place; dt is returned.
+@internal
+def _event_shift(s, y, S, rate, switch_change, c, dc):
+    """How much the event's time moves along a direction: dt = −(∇g·S + ∂g/∂p)/ġ.
 
     An event that is there already at the start of its phase does not move.
     """
-    S = directions.S[k]
-    d = unpack_direction(row, directions.params[k], c)
-    dt = 0.0
-    if elapsed:
-        dt = _event_shift(guard, y, S, directions.control[k, 0], c, d)
-    for i in range(DIMENSION):
-        S[i] += before[i] * dt
-    return dt
+    target = where(load(s.elapsed, 0) > 0.0, load(s.target, 0), 0.0)
+    switching = -(S[2] - S[1] - switch_change) / (y[5] - y[4])
+    landing = -swing_foot_tangent(y, S, c, dc).real / rate
+    dt = where(target == SWITCH_ANGLE, switching, 0.0)
+    return where(target == LANDING, landing, dt)
 
 
-@kernel
-def pass_event(guard, elapsed, phases, y, control, row, c, directions):
-    """The saltation at an event that leaves the state as it is.
-
-    Args:
-        phases: (joints, torque) before and after; elapsed: whether time has passed in
-            the phase that ended.
-    """
-    before, after = np.empty(DIMENSION), np.empty(DIMENSION)
-    (joints, torque), (next_joints, next_torque) = phases
-    flow(joints, torque, y, control[1], c, before)
-    flow(next_joints, next_torque, y, control[1], c, after)
-    for k in range(directions.S.shape[0]):
-        dt = _shift(guard, elapsed, before, y, k, row, c, directions)
-        for i in range(DIMENSION):
-            directions.S[k, i] -= after[i] * dt
+@internal
+def leave_phases(d, s, w, mask):
+    """Move S to the events, which move too: S + f⁻ dt, where the mask holds."""
+    c, y = lanes_of(w.constants), load_state(w.y, 0)
+    before = flow(load(w.locked, 0) > 0.0, y, acting(w), c)
+    _, rate = clearance(y, c)
+    unfold = direction(-c.lock)
+    for k in range(d.n):
+        S = load_state(d.S, DIMENSION * k)
+        dc = _walker(d, k, s, unfold, c)
+        dt = _event_shift(s, y, S, rate, d.changes[k, _SWITCH], c, dc)
+        blend(d.shift, k, mask, dt)
+        _blend_state(d.S, DIMENSION * k, mask, plus(S, dt, before))
 
 
-@kernel
-def _momentum_matrix_tangent(y, t, c, d):
+@internal
+def enter_phases(d, s, w, mask):
+    """The other half of the saltation, S − f⁺ dt, where a phase follows in the same stride."""
+    after = flow(load(w.locked, 0) > 0.0, load_state(w.y, 0), acting(w), lanes_of(w.constants))
+    for k in range(d.n):
+        S = load_state(d.S, DIMENSION * k)
+        _blend_state(d.S, DIMENSION * k, mask, plus(S, -load(d.shift, k), after))
+
+
+@internal
+def _momentum_matrix_tangent(y, t, c, dc):
     """Changes of `momentum_matrix`."""
     at = vectors(y[0], y[1], y[2], c)
-    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], d)
-    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, d)
+    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], dc)
+    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, dc)
     coupling = d13 + d23
-    return d11 + 2.0 * d12 + d22 + coupling, coupling + d33, coupling, d33
+    walker = c.reaction * coupling
+    return d11 + 2.0 * d12 + d22 + walker, walker + c.reaction * d33, coupling, d33
 
 
-@kernel
-def pass_heel_strike(guard, phase, first_phi, y, struck, control, row, c, directions):
-    """The result: derivatives of the post-strike state, the duration and the step length.
+@internal
+def _either(condition, yes, no):
+    return (
+        where(condition, yes[0], no[0]),
+        where(condition, yes[1], no[1]),
+        where(condition, yes[2], no[2]),
+    )
 
-    Args:
-        phase: (joints, torque) of the phase that ended.
-        y, struck: (φ, α, β and rates) before and after the heel strike.
-    """
-    before = np.empty(DIMENSION)
-    flow(phase[0], phase[1], y, control[1], c, before)
+
+@internal
+def strike(d, s, w, mask):
+    """The result: derivatives of the post-strike state, the duration and the step length."""
+    c, y, struck = lanes_of(w.constants), load_state(w.y, 0), load_state(s.struck, 0)
     at = vectors(y[0], y[1], y[2], c)
     contact = new_contact(y[0], y[1], y[2], c)
-    new_phi, new_alpha, new_beta = swapped(y[2], y[1], c)
-    landed = np.array([new_phi, new_alpha, new_beta, 0.0, 0.0, 0.0])
-    where = y if c.as_published else landed
-    a11, a12, a21, a22 = momentum_matrix(where[0], where[1], where[2], c)
+    place = _either(c.as_published, (y[0], y[1], y[2]), swapped(y[2], y[1], c))
+    a11, a12, a21, a22 = momentum_matrix(place[0], place[1], place[2], c)
     determinant = a11 * a22 - a12 * a21
-    x1, x2 = struck[4], struck[5]
-    for k in range(directions.S.shape[0]):
-        d = unpack_direction(row, directions.params[k], c)
-        dt = _shift(guard, True, before, y, k, row, c, directions)
-        S = directions.S[k]
-        moved = vectors_tangent(y, S, at[0], at[1], at[2], at[3], d)
-        walker, trailing = momenta_before_tangent(y, S, at, moved, contact, c, d)
-        turned_to = np.array([S[2] - d.lock, S[2], S[1]])
-        d11, d12, d21, d22 = _momentum_matrix_tangent(
-            where, S if c.as_published else turned_to, c, d
-        )
-        f1 = walker - d11 * x1 - d12 * x2
-        f2 = trailing - d21 * x1 - d22 * x2
-        result = directions.derivative[k]
-        result[0], result[1] = S[2], S[1]
-        result[2] = (f1 * a22 - a12 * f2) / determinant
-        result[3] = (a11 * f2 - a21 * f1) / determinant
-        result[4] = dt
-        started = directions.state[k, 0] - directions.params[k, 3]
-        rolled = d.R * (y[0] - first_phi) + c.R * (S[0] - started)
-        result[5] = swing_foot_tangent(y, S, c, d).imag + rolled
+    unfold = direction(-c.lock)
+    rolled = y[0] - load(s.first_phi, 0)
+    for k in range(d.n):
+        S = load_state(d.S, DIMENSION * k)
+        dc = _walker(d, k, s, unfold, c)
+        moved = vectors_tangent(y, S, at[0], at[1], at[2], at[3], dc)
+        walker, trailing = momenta_before_tangent(y, S, at, moved, contact, c, dc)
+        turn = _either(c.as_published, (S[0], S[1], S[2]), (S[2] - dc.lock, S[2], S[1]))
+        d11, d12, d21, d22 = _momentum_matrix_tangent(place, turn, c, dc)
+        f1 = walker - d11 * struck[4] - d12 * struck[5]
+        f2 = trailing - d21 * struck[4] - d22 * struck[5]
+        started = d.changes[k, 0] - d.changes[k, _PARAMS + 3]
+        foot = swing_foot_tangent(y, S, c, dc).imag
+        out = rows_from(d.out, OUTPUTS * k)
+        blend(out, 0, mask, S[2])
+        blend(out, 1, mask, S[1])
+        blend(out, 2, mask, (f1 * a22 - a12 * f2) / determinant)
+        blend(out, 3, mask, (a11 * f2 - a21 * f1) / determinant)
+        blend(out, 4, mask, load(d.shift, k))
+        blend(out, 5, mask, foot + dc.R * rolled + c.R * (S[0] - started))

@@ -26,6 +26,7 @@ TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
 PASSIVE_CONTROL = (math.pi, 0.0)  # never looked at: a passive walker has no switch
 
 Array = NDArray[np.float64]
+NO_LOG = np.empty((0, record.LOG_COLUMNS))
 
 
 class Final(NamedTuple):
@@ -169,6 +170,21 @@ def stride_batch(
     Raises:
         ValueError: wrong shapes, or a value out of its domain, naming the row.
     """
+    cycle, start, angles, rows = check_batch(states, controls, params)
+    heights = _heights(step_height, len(start))
+    return run_batch(cycle, start, angles, rows, heights, check_rtol(rtol))
+
+
+def check_batch(
+    states: ArrayLike,
+    controls: ArrayLike | None,
+    params: WalkerParams | Sequence[WalkerParams],
+) -> tuple[Cycle, Array, Array, Array]:
+    """Cycle, states (N, 4), controls (N, 2) and packed walkers (N or 1) of `stride_batch`.
+
+    Raises:
+        ValueError: wrong shapes, or a value out of its domain, naming the row.
+    """
     start = _matrix("states", states, 4)
     count = len(start)
     walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
@@ -178,14 +194,7 @@ def stride_batch(
     for walker in walkers:
         check_walkable(walker, some_control)
     rows = np.array([pack(walker) for walker in walkers])
-    return run_batch(
-        cycle_of(some_control),
-        start,
-        _controls(controls, count),
-        rows,
-        _heights(step_height, count),
-        check_rtol(rtol),
-    )
+    return cycle_of(some_control), start, _controls(controls, count), rows
 
 
 def run_batch(
@@ -220,9 +229,7 @@ def check_rtol(rtol: float) -> float:
 def _run(
     cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
 ) -> tuple[Array, NDArray[np.int64]]:
-    count = len(states)
-    results = np.empty((count, record.RESULTS))
-    outcomes = np.empty(count, np.int64)
+    results = np.empty((len(states), record.RESULTS))
     code = encode(cycle)
 
     def work(part: slice) -> None:
@@ -234,11 +241,19 @@ def _run(
             heights if len(heights) == 1 else heights[part],
             rtol,
             results[part],
-            outcomes[part],
+            0.0,
+            NO_LOG,
+            None,
+            NO_LOG,
         )
 
-    run_in_slices(work, count)
-    return results, outcomes
+    run_in_slices(work, len(states))
+    return results, outcomes_of(results)
+
+
+def outcomes_of(results: Array) -> NDArray[np.int64]:
+    """(N,) the outcomes in the kernel's rows."""
+    return results[:, record.OUTCOME].astype(np.int64)
 
 
 def _stride_of(row: Array, outcome: Outcome) -> Stride:
@@ -248,7 +263,7 @@ def _stride_of(row: Array, outcome: Outcome) -> Stride:
         PostStrikeState(*values[record.STATE]),
         Final((phi, alpha - phi, beta - alpha), (dphi, dalpha - dphi, dbeta - dalpha)),
         outcome,
-        *values[record.DURATION : record.LOGGED],
+        *values[record.DURATION : record.OUTCOME],
     )
 
 

@@ -84,21 +84,22 @@ def log_stride(
     longest = kernel.TIME_LIMIT * math.sqrt(params.leg_length / params.gravity)
     samples = 0 if interval == 0 else math.ceil(longest / interval)
     log = np.empty((EVENT_ROWS + samples, record.LOG_COLUMNS))
-    result = np.empty(record.RESULTS)
+    results = np.empty((1, record.RESULTS))
     angles = PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
-    outcome = kernel.run_stride(
+    logged = kernel.run_strides(
         encode(cycle_of(control)),
-        np.array(state, dtype=np.float64),
-        angles,
-        pack(params),
-        float(step_height),
+        np.array([state], dtype=np.float64),
+        np.array([angles]),
+        pack(params)[np.newaxis],
+        np.array([step_height], dtype=np.float64),
         rtol,
+        results,
         float(interval),
         log,
-        result,
         None,
+        log,
     )
-    return LoggedStride(log[: int(result[record.LOGGED])], result, Outcome(int(outcome)))
+    return LoggedStride(log[:logged], results[0], Outcome(int(results[0, record.OUTCOME])))
 
 
 def walk(

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING, WalkerParams
-from powered_walker_env.physics.constants import Constants, pack, unpack
+from powered_walker_env.physics.constants import Constants, constants_of
 from tests.derivation import TO_RELATIVE, Array
 
 
 def constants(params: WalkerParams) -> Constants:
     """The walker as the kernels take it."""
-    return unpack(pack(params))
+    return constants_of(params)
 
 
 def as_published(params: WalkerParams) -> WalkerParams:

@@ -17,7 +17,7 @@ from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturb
 from powered_walker_env.envs.noise import Words, draw_normals
 from powered_walker_env.params import Control, WalkerParams
 from powered_walker_env.phases import Outcome
-from powered_walker_env.physics.constants import unpack
+from powered_walker_env.physics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.record import (
     DURATION,
     ENERGY_IN,
@@ -141,9 +141,9 @@ def stability_reward(kind: int, state: Array, landed: Array, gait: Array, scale:
 @kernel
 def cost_of_transport(result: Array, walker: Array) -> float:
     """Positive motor work of a stride over weight times step length; `walker` packed."""
-    c = unpack(walker)
-    step = max(result[STEP_LENGTH], SHORTEST_STEP * c.L)
-    return result[POSITIVE_WORK] / (2.0 * c.M * abs(c.g) * step)
+    length, mass, gravity = walker[LEG_LENGTH], walker[LEG_MASS], walker[GRAVITY]
+    step = max(result[STEP_LENGTH], SHORTEST_STEP * length)
+    return result[POSITIVE_WORK] / (2.0 * mass * gravity * step)
 
 
 @kernel

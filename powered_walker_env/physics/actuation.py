@@ -2,45 +2,58 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from powered_walker_env.compilation import kernel
-from powered_walker_env.phases import Joints, Torque
-from powered_walker_env.physics.swing import free_accelerations, locked_accelerations
+from powered_walker_env.phases import Torque
+from powered_walker_env.physics.swing import accelerations
 
 MOTOR = int(Torque.MOTOR)
-LOCKED = int(Joints.ANKLE_LOCKED)
 
 
-@kernel
-def motor_torque(ankle_rate, stall_torque, c):
-    """τ = T_stall (1 − ω/ω_noload), N m, with ω = −u2 the speed of extension.
+class Drive(NamedTuple):
+    """The torque extending the stance ankle in one phase: strength·(1 + slope·u2), N m.
 
-    Extension makes q2 fall, so ω = −u2 and the torque falls with speed. The listing
-    (`pow_qddt.m`) takes ω = u2: its motor pushes harder the faster it turns.
+    u2 = α' − φ' is the rate of the ankle angle; extension makes q2 fall.
     """
-    speed = ankle_rate if c.as_published else -ankle_rate
-    return stall_torque * (1.0 - speed / c.no_load_speed)
+
+    strength: float  # N m, at rest
+    slope: float  # s/rad
+    share: float  # of a change of the stall torque that reaches the strength: 1 or 0
 
 
 @kernel
-def ankle_torque(torque, ankle_rate, stall_torque, c):
-    """The torque extending the stance ankle in a phase whose `Torque` is given, N m."""
-    return motor_torque(ankle_rate, stall_torque, c) if torque == MOTOR else 0.0
+def drive(torque, stall_torque, c):
+    """What acts in a phase whose `Torque` is given.
+
+    The motor: τ = T_stall (1 − ω/ω_noload) with ω = −u2 the speed of extension, so that
+    the torque falls with speed. The listing (`pow_qddt.m`) takes ω = u2: its motor
+    pushes harder the faster it turns.
+    """
+    if torque == MOTOR:
+        slope = 1.0 / c.no_load_speed
+        return Drive(stall_torque, -slope if c.as_published else slope, 1.0)
+    return Drive(0.0, 0.0, 0.0)
 
 
 @kernel
-def ankle_power(torque, y, stall_torque, c):
+def ankle_torque(y, acting):
+    """The torque of a `Drive` at y = (φ, α, β and rates), N m."""
+    return acting.strength * (1.0 + acting.slope * (y[4] - y[3]))
+
+
+@kernel
+def ankle_power(y, acting):
     """Power the ankle torque puts into the walker, W: τ(φ' − α')."""
-    ankle_rate = y[4] - y[3]
-    return -ankle_rate * ankle_torque(torque, ankle_rate, stall_torque, c)
+    return (y[3] - y[4]) * ankle_torque(y, acting)
 
 
 @kernel
-def flow(joints, torque, y, stall_torque, c, dy):
-    """Write the time derivative of y = (φ, α, β, φ', α', β') in one phase into `dy`."""
-    dy[0], dy[1], dy[2] = y[3], y[4], y[5]
-    if joints == LOCKED:
-        ddalpha, ddbeta = locked_accelerations(y[0], y[1], y[2], y[4], y[5], c)
-        dy[3], dy[4], dy[5] = ddalpha, ddalpha, ddbeta
-    else:
-        tau = ankle_torque(torque, y[4] - y[3], stall_torque, c)
-        dy[3], dy[4], dy[5] = free_accelerations(y[0], y[1], y[2], y[3], y[4], y[5], tau, c)
+def flow(locked, y, acting, c):
+    """The time derivative of y = (φ, α, β, φ', α', β') in one phase.
+
+    Args:
+        locked: whether the ankle is; acting: the `Drive`.
+    """
+    ddphi, ddalpha, ddbeta = accelerations(locked, y, ankle_torque(y, acting), c)
+    return y[3], y[4], y[5], ddphi, ddalpha, ddbeta

@@ -1,22 +1,19 @@
 """Ground: swing-foot clearance, landing, the switch, and falls.
 
 Every guard is a function of the configuration that is positive while the phase goes
-on; the event is its fall through zero. Each returns its value and its rate.
+on; the event is its fall through zero. Each returns its value and its rate. All but
+`name_fall` take floats, or eight walkers at once (`lanes.py`).
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 
 from powered_walker_env.compilation import kernel
-from powered_walker_env.phases import Guard, Joints, Outcome
+from powered_walker_env.lanes import where
+from powered_walker_env.phases import Outcome
 from powered_walker_env.physics.swing import direction
 
-FREE = int(Joints.ANKLE_FREE)
-LOCKED = int(Joints.ANKLE_LOCKED)
-SWITCH_ANGLE = int(Guard.SWITCH_ANGLE)
-LANDING = int(Guard.LANDING)
 FLAT = 1e-12  # a ground step below this fraction of the leg is rounding: the floor is flat
 
 
@@ -27,18 +24,29 @@ def swing_foot(phi, alpha, beta, c):
     The real part is the clearance on flat ground (the radius cancels), the imaginary
     part the distance from foot to foot.
     """
-    legs = c.L * (direction(alpha) + direction(beta))
-    return c.D * (direction(phi) + direction(beta - c.lock)) + legs
+    swing = direction(beta)
+    return c.D * direction(phi) + c.L * (direction(alpha) + swing) + c.retracted * swing
 
 
 @kernel
 def clearance(y, c):
     """Height of the swing foot above flat ground, m, and its rate, m/s."""
-    foot = swing_foot(y[0], y[1], y[2], c)
-    stance_foot = -c.D * math.sin(y[0]) * y[3]
-    stance_leg = -c.L * math.sin(y[1]) * y[4]
-    swing_leg = -(c.L * math.sin(y[2]) + c.D * math.sin(y[2] - c.lock)) * y[5]
-    return foot.real, stance_foot + stance_leg + swing_leg
+    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
+    swing_leg = c.L * swing + c.retracted * swing
+    height = c.D * foot.real + c.L * stance.real + swing_leg.real
+    rate = c.D * foot.imag * y[3] + c.L * stance.imag * y[4] + swing_leg.imag * y[5]
+    return height, -rate
+
+
+@kernel
+def clearance_acceleration(y, slope, c):
+    """Second time derivative of the clearance, m/s²; `slope` is that of y."""
+    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
+    swing_leg = c.L * swing + c.retracted * swing
+    centripetal = c.D * foot.real * y[3] * y[3] + c.L * stance.real * y[4] * y[4]
+    tangential = c.D * foot.imag * slope[3] + c.L * stance.imag * slope[4]
+    swing_part = swing_leg.real * y[5] * y[5] + swing_leg.imag * slope[5]
+    return -centripetal - tangential - swing_part
 
 
 @kernel
@@ -50,27 +58,26 @@ def locked_landing(y, c):
     pass, with foot and foot together; the landing is the second one rising through
     zero with α > s. Returned with its sign turned, so that it falls.
     """
-    angle = 0.5 * (y[1] + y[2] - math.pi) + cmath.phase(c.L + c.D * direction(-c.lock))
-    return -math.sin(angle), -math.cos(angle) * 0.5 * (y[4] + y[5])
+    angle = direction(0.5 * (y[1] + y[2] - math.pi) + c.landing_angle)
+    return -angle.imag, -angle.real * 0.5 * (y[4] + y[5])
 
 
 @kernel
-def landing(joints, y, step_height, c):
+def landing(locked, y, step_height, c):
     """The swing foot's height above the ground ahead, scaled, and its rate."""
-    if joints == LOCKED and abs(step_height) < FLAT * c.L:
-        return locked_landing(y, c)
+    factor, factor_rate = locked_landing(y, c)
     height, rate = clearance(y, c)
-    return (height - step_height) / c.L, rate / c.L
+    on_the_level = locked & (abs(step_height) < FLAT * c.L)
+    return (
+        where(on_the_level, factor, (height - step_height) / c.L),
+        where(on_the_level, factor_rate, rate / c.L),
+    )
 
 
 @kernel
-def guard_value(guard, joints, y, switch_angle, step_height, c):
-    """Value and rate of a phase's guard."""
-    if guard == SWITCH_ANGLE:
-        return y[2] - y[1] - switch_angle, y[5] - y[4]
-    if guard == LANDING:
-        return landing(joints, y, step_height, c)
-    return 1.0, 0.0
+def switch(y, switch_angle):
+    """How far the hip angle q3 is from the switch angle, rad, and its rate."""
+    return y[2] - y[1] - switch_angle, y[5] - y[4]
 
 
 @kernel
@@ -80,21 +87,19 @@ def legs_have_passed(y):
 
 
 @kernel
-def comes_down(joints, y, c):
+def comes_down(locked, y, c):
     """Whether the swing foot, reaching the floor at `y`, lands there instead of scuffing.
 
     It must be ahead. With both feet locked it must also come down by the factor of
     `locked_landing`: a foot that scuffs as the legs pass does so on the floor that the
     other one stands on, and not on a step down, however small.
     """
-    if not legs_have_passed(y):
-        return False
     _, rate = locked_landing(y, c)
-    return joints != LOCKED or rate < 0.0
+    return legs_have_passed(y) & (where(locked, rate, -1.0) < 0.0)
 
 
 @kernel
-def upright(joints, y, c):
+def upright(locked, y, c):
     """How far the walker is from a fall (dimensionless), and its rate; a fall is zero.
 
     The least of: the cosine of the stance leg, of the swing leg, the height of the hip
@@ -102,23 +107,29 @@ def upright(joints, y, c):
     point its ankle anywhere but into the quarter under and ahead of its centre,
     π/2 < φ < π: cos(φ + π/4) + √½ > 0.
     """
-    value, rate = math.cos(y[1]), -math.sin(y[1]) * y[4]
-    swing = -math.cos(y[2])
-    if swing < value:
-        value, rate = swing, math.sin(y[2]) * y[5]
-    hip = (c.R + c.D * math.cos(y[0])) / c.L + math.cos(y[1])
-    if hip < value:
-        value = hip
-        rate = -c.D / c.L * math.sin(y[0]) * y[3] - math.sin(y[1]) * y[4]
-    if joints == FREE:
-        foot = math.cos(y[0] + 0.25 * math.pi) + math.sqrt(0.5)
-        if foot < value:
-            value, rate = foot, -math.sin(y[0] + 0.25 * math.pi) * y[3]
-    return value, rate
+    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
+    value, rate = stance.real, -stance.imag * y[4]
+    lower = -swing.real < value
+    value, rate = where(lower, -swing.real, value), where(lower, swing.imag * y[5], rate)
+    hip = (c.R + c.D * foot.real) / c.L + stance.real
+    lower = hip < value
+    hip_rate = -c.D / c.L * foot.imag * y[3] - stance.imag * y[4]
+    value, rate = where(lower, hip, value), where(lower, hip_rate, rate)
+    turned, turned_rate = foot_upright(foot, y[3])
+    turned = where(locked, 2.0, turned)
+    lower = turned < value
+    return where(lower, turned, value), where(lower, turned_rate, rate)
 
 
 @kernel
-def name_fall(joints, y, c):
+def foot_upright(foot, rate):
+    """cos(φ + π/4) + √½ and its rate, from e^{iφ}."""
+    half = math.sqrt(0.5)
+    return half * (foot.real - foot.imag) + half, -half * (foot.real + foot.imag) * rate
+
+
+@kernel
+def name_fall(locked, y, c):
     """The outcome of a state at which `upright` has come down to zero: its least term."""
     stance, swing = math.cos(y[1]), -math.cos(y[2])
     least = (c.R + c.D * math.cos(y[0])) / c.L + math.cos(y[1])
@@ -128,7 +139,7 @@ def name_fall(joints, y, c):
         outcome = Outcome.FELL_FORWARD if math.sin(y[1]) > 0.0 else Outcome.FELL_BACKWARD
     if swing < least:
         least, outcome = swing, Outcome.SWING_LEG_HORIZONTAL
-    if joints == FREE and math.cos(y[0] + 0.25 * math.pi) + math.sqrt(0.5) < least:
+    if not locked and foot_upright(direction(y[0]), y[3])[0] < least:
         over = math.sin(y[0]) > 0.5  # at φ = π/2, not at φ = −π
         outcome = Outcome.FOOT_ROLLED_OVER if over else Outcome.FOOT_FELL_BACK
     return outcome

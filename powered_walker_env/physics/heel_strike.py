@@ -15,17 +15,17 @@ from __future__ import annotations
 import math
 
 from powered_walker_env.compilation import kernel
+from powered_walker_env.lanes import where
 from powered_walker_env.physics.ground import swing_foot
-from powered_walker_env.physics.swing import inner, mass_matrix, vectors
+from powered_walker_env.physics.swing import direction, inner, mass_matrix, vectors
 
 
 @kernel
 def new_contact(phi, alpha, beta, c):
     """The new contact point from the old one, m (up + i·forward)."""
     point = swing_foot(phi, alpha, beta, c)
-    if c.as_published:
-        point -= complex(0.0, 2.0 * c.L * math.sin(beta))  # departure 1
-    return point
+    departure = where(c.as_published, 2.0 * c.L * math.sin(beta), 0.0)  # the first
+    return point - complex(0.0, departure)
 
 
 @kernel
@@ -36,11 +36,19 @@ def momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c):
     P = c.R + foot
     contact = new_contact(phi, alpha, beta, c)
     velocity_A = P * dphi + A * dalpha  # divided by i, as in swing.py
-    velocity_B = P * dphi + H * dalpha + B * dbeta
+    velocity_B = P * dphi + H * dalpha + B * (c.reaction * dbeta)
     spin = c.I * (dalpha + dbeta)
-    walker = inner(P + A - contact, velocity_A) + inner(P + H + B - contact, velocity_B)
-    trailing_leg = c.I * dalpha + c.M * inner(A - H, velocity_A)
-    return spin + c.M * walker, trailing_leg
+    arm_B = P + H + c.reaction * B - contact
+    walker = inner(P + A - contact, velocity_A) + inner(arm_B, velocity_B)
+    leg = trailing_com(H, alpha, c)
+    trailing = inner(leg - H, P * dphi + leg * dalpha)
+    return spin + c.M * walker, c.swing_inertia * dalpha + c.swing_mass * trailing
+
+
+@kernel
+def trailing_com(H, alpha, c):
+    """From the ankle to the mass that swings in the next stride: A, unless that is massless."""
+    return H - c.hip_to_com * direction(alpha)
 
 
 @kernel
@@ -53,7 +61,8 @@ def momentum_matrix(phi, alpha, beta, c):
     foot, A, H, B = vectors(phi, alpha, beta, c)
     m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
     coupling = m13 + m23
-    return m11 + 2.0 * m12 + m22 + coupling, coupling + m33, coupling, m33
+    stance = m11 + 2.0 * m12 + m22
+    return stance + c.reaction * coupling, c.reaction * (coupling + m33), coupling, m33
 
 
 @kernel
@@ -67,10 +76,13 @@ def heel_strike(phi, alpha, beta, dphi, dalpha, dbeta, c):
     """The state (φ, α, β, φ', α', β') just after the strike, from the state just before."""
     walker, trailing_leg = momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c)
     new_phi, new_alpha, new_beta = swapped(beta, alpha, c)
-    if c.as_published:
-        a11, a12, a21, a22 = momentum_matrix(phi, alpha, beta, c)  # departure 2
-    else:
-        a11, a12, a21, a22 = momentum_matrix(new_phi, new_alpha, new_beta, c)
+    # Departure 2: the listing's matrix is that of the configuration before the strike.
+    a11, a12, a21, a22 = momentum_matrix(
+        where(c.as_published, phi, new_phi),
+        where(c.as_published, alpha, new_alpha),
+        where(c.as_published, beta, new_beta),
+        c,
+    )
     determinant = a11 * a22 - a12 * a21
     new_dalpha = (walker * a22 - a12 * trailing_leg) / determinant
     new_dbeta = (a11 * trailing_leg - a21 * walker) / determinant

@@ -8,13 +8,21 @@ H from the ankle to the hip and B from the hip to the swing leg's centre of mass
 
 the legs' centres of mass move at i(Pφ' + Aα') and i(Pφ' + Hα' + Bβ'), the foot being
 massless and rolling without slip.
+
+Every function takes floats and complex numbers, or eight walkers at once (`lanes.py`).
+
+A leg whose whole mass sits at the hip is the limit of a vanishing mass m at the ankle
+(Garcia et al. 1998): the swing leg's equation is divided by m, and its reaction on the
+rest of the walker (`c.reaction`, otherwise 1) is 0.
 """
 
 from __future__ import annotations
 
 import math
 
+import powered_walker_env.trigonometry  # noqa: F401, gives lanes their sine and cosine
 from powered_walker_env.compilation import kernel
+from powered_walker_env.lanes import where
 
 
 @kernel
@@ -49,15 +57,18 @@ def vectors(phi, alpha, beta, c):
 
 @kernel
 def mass_matrix(foot, A, H, B, c):
-    """Upper triangle (φφ, φα, φβ, αα, αβ, ββ) of the symmetric mass matrix, kg m²."""
+    """Upper triangle (φφ, φα, φβ, αα, αβ, ββ) of the symmetric mass matrix, kg m².
+
+    The entries with β are those of the swing leg's own equation.
+    """
     P = c.R + foot
     return (
         2.0 * c.M * inner(P, P),
         c.M * inner(P, A + H),
-        c.M * inner(P, B),
+        c.swing_mass * inner(P, B),
         c.I + c.M * (inner(A, A) + inner(H, H)),
-        c.M * inner(H, B),
-        c.I + c.M * inner(B, B),
+        c.swing_mass * inner(H, B),
+        c.swing_inertia + c.swing_mass * inner(B, B),
     )
 
 
@@ -69,58 +80,63 @@ def bias(foot, A, H, B, dphi, dalpha, dbeta, c):
     accelerations, less gravity's.
     """
     P = c.R + foot
-    a_ankle = c.g - foot * dphi**2
-    a_A = a_ankle - A * dalpha**2
-    a_B = a_ankle - H * dalpha**2 - B * dbeta**2
+    stance = dalpha * dalpha
+    a_ankle = c.g - foot * (dphi * dphi)
+    a_A = a_ankle - A * stance
+    a_B = a_ankle - H * stance - B * (c.reaction * (dbeta * dbeta))
     return (
         c.M * turned(P, a_A + a_B),
         c.M * (turned(A, a_A) + turned(H, a_B)),
-        c.M * turned(B, a_B),
+        c.swing_mass * turned(B, a_B),
     )
 
 
 @kernel
-def solve_free(matrix, f1, f2, f3):
-    """(φ'', α'', β'') under forces: Gaussian elimination, β first, then α."""
+def solve(locked, matrix, f1, f2, f3, c):
+    """(φ'', α'', β'') under forces; with the ankle locked φ'' = α''.
+
+    Gaussian elimination of β; then the two equations left, or, the ankle's torque being
+    internal, their sum.
+    """
     m11, m12, m13, m22, m23, m33 = matrix
-    k1, k2 = m13 / m33, m23 / m33
-    n11, n12, n22 = m11 - k1 * m13, m12 - k1 * m23, m22 - k2 * m23
-    h1, h2 = f1 - k1 * f3, f2 - k2 * f3
-    k = n12 / n22
-    ddphi = (h1 - k * h2) / (n11 - k * n12)
-    ddalpha = (h2 - n12 * ddphi) / n22
-    ddbeta = (f3 - m13 * ddphi - m23 * ddalpha) / m33
+    swing = 1.0 / m33
+    k1, k2 = m13 * swing, m23 * swing
+    r1, r2 = c.reaction * k1, c.reaction * k2
+    n11, n12, n22 = m11 - r1 * m13, m12 - r1 * m23, m22 - r2 * m23
+    h1, h2 = f1 - r1 * f3, f2 - r2 * f3
+    both = h1 + h2
+    determinant = where(locked, n11 + 2.0 * n12 + n22, n11 * n22 - n12 * n12)
+    share = 1.0 / determinant
+    ddphi = share * where(locked, both, n22 * h1 - n12 * h2)
+    ddalpha = share * where(locked, both, n11 * h2 - n12 * h1)
+    ddbeta = swing * f3 - k1 * ddphi - k2 * ddalpha
     return ddphi, ddalpha, ddbeta
 
 
 @kernel
-def solve_locked(matrix, f1, f2, f3):
-    """(α'', β'') under forces with φ'' = α'': the φ and α rows and columns, added."""
-    m11, m12, m13, m22, m23, m33 = matrix
-    stance, coupling = m11 + 2.0 * m12 + m22, m13 + m23
-    k = coupling / m33
-    ddalpha = (f1 + f2 - k * f3) / (stance - k * coupling)
-    ddbeta = (f3 - coupling * ddalpha) / m33
-    return ddalpha, ddbeta
+def hip_torque(alpha, beta, c):
+    """Of the spring between the legs, on the swing leg: −k(q3 − π), N m (Kuo 2002)."""
+    return -c.hip_stiffness * (beta - alpha - math.pi)
 
 
 @kernel
-def free_accelerations(phi, alpha, beta, dphi, dalpha, dbeta, torque, c):
-    """(φ'', α'', β'') with the ankle free and `torque` extending it, rad/s².
+def accelerations(locked, y, ankle_torque, c):
+    """(φ'', α'', β'') at y = (φ, α, β, φ', α', β'), rad/s².
 
-    The motor turns the foot forward and the leg back: generalised forces (+τ, −τ, 0).
+    The ankle's torque turns the foot forward and the leg back: generalised forces
+    (+τ, −τ, 0); the hip's turns the legs apart: (0, −τ, +τ).
     """
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    b1, b2, b3 = bias(foot, A, H, B, dphi, dalpha, dbeta, c)
-    return solve_free(mass_matrix(foot, A, H, B, c), torque - b1, -torque - b2, -b3)
-
-
-@kernel
-def locked_accelerations(phi, alpha, beta, dalpha, dbeta, c):
-    """(α'', β'') with foot and stance leg one body (φ' = α'), rad/s²."""
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    b1, b2, b3 = bias(foot, A, H, B, dalpha, dalpha, dbeta, c)
-    return solve_locked(mass_matrix(foot, A, H, B, c), -b1, -b2, -b3)
+    foot, A, H, B = vectors(y[0], y[1], y[2], c)
+    b1, b2, b3 = bias(foot, A, H, B, y[3], y[4], y[5], c)
+    hip = hip_torque(y[1], y[2], c)
+    return solve(
+        locked,
+        mass_matrix(foot, A, H, B, c),
+        ankle_torque - b1,
+        -ankle_torque - c.reaction * hip - b2,
+        hip - b3,
+        c,
+    )
 
 
 @kernel
@@ -128,17 +144,20 @@ def kinetic_energy(phi, alpha, beta, dphi, dalpha, dbeta, c):
     """½ q'ᵀ(mass matrix)q', J."""
     foot, A, H, B = vectors(phi, alpha, beta, c)
     m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
-    diagonal = m11 * dphi**2 + m22 * dalpha**2 + m33 * dbeta**2
-    mixed = m12 * dphi * dalpha + m13 * dphi * dbeta + m23 * dalpha * dbeta
-    return 0.5 * diagonal + mixed
+    stance = 0.5 * (m11 * dphi * dphi + m22 * dalpha * dalpha) + m12 * dphi * dalpha
+    swing = (0.5 * m33 * dbeta + m13 * dphi + m23 * dalpha) * dbeta
+    return stance + c.reaction * swing
 
 
 @kernel
 def potential_energy(phi, alpha, beta, c):
-    """M⟨g, r⟩ summed over the legs, J; r from where the contact point is at φ = 0."""
+    """M⟨g, r⟩ summed over the legs, and the hip spring's, J; r from where the contact
+    point is at φ = 0."""
     foot, A, H, B = vectors(phi, alpha, beta, c)
     ankle = complex(c.R, c.R * phi) + foot
-    return c.M * inner(c.g, 2.0 * ankle + A + H + B)
+    apart = beta - alpha - math.pi
+    spring = 0.5 * c.hip_stiffness * apart * apart
+    return c.M * inner(c.g, 2.0 * ankle + A + H + c.reaction * B) + c.reaction * spring
 
 
 @kernel

@@ -10,16 +10,27 @@ from __future__ import annotations
 
 import math
 
-from powered_walker_env.compilation import kernel
+from powered_walker_env.compilation import internal
+from powered_walker_env.lanes import where
 from powered_walker_env.physics.constants import Constants
+from powered_walker_env.physics.heel_strike import trailing_com
 from powered_walker_env.physics.swing import direction, inner, turned
 
 
-@kernel
-def unpack_direction(row, change, c):
-    """The derivative of c = `constants.unpack(row)` along `change`, a row of derivatives."""
-    gravity = row[8]
-    up = c.g / gravity
+@internal
+def unpack_direction(gravity, unfold, change, c):
+    """The derivative of c = `constants.unpack(row)` along `change`, a row of derivatives.
+
+    Args:
+        gravity: row[8], m/s²; unfold: e^{−i·lock}.
+    """
+    moving = c.reaction  # in the limit of a massless foot its mass and place are fixed
+    one = 0.0 * moving + 1.0
+    up = (1.0 / gravity) * c.g
+    turn, lean = change[1] * unfold, change[3] * c.retracted
+    retracted = complex(turn.real + lean.imag, turn.imag - lean.real)  # − i·lock'·D e^{−i·lock}
+    arm = c.L + c.retracted  # arg' = ⟨i arm, arm'⟩/|arm|²
+    tilt = gravity * change[9]
     return Constants(
         change[0],
         change[1],
@@ -27,21 +38,27 @@ def unpack_direction(row, change, c):
         change[3],
         change[4],
         change[5],
-        complex(change[6], change[7]),
-        complex(change[0] - change[6], -change[7]),
-        (complex(change[8], 0.0) - complex(0.0, gravity * change[9])) * up,
+        complex(one * change[6], one * change[7]),
+        complex(change[0] - moving * change[6], -moving * change[7]),
+        moving * change[4],
+        moving * change[5],
+        0.0,
+        complex(change[8] * up.real + tilt * up.imag, change[8] * up.imag - tilt * up.real),
+        retracted,
+        turned(arm, change[0] + retracted) / inner(arm, arm),
+        change[11],
         change[10],
         False,
     )
 
 
-@kernel
+@internal
 def times_i(a):
     """ia."""
     return complex(-a.imag, a.real)
 
 
-@kernel
+@internal
 def vectors_tangent(y, t, foot, A, H, B, d):
     """Changes of D e^{iφ}, A, H and B."""
     stance = direction(y[1])
@@ -53,35 +70,32 @@ def vectors_tangent(y, t, foot, A, H, B, d):
     )
 
 
-@kernel
+@internal
 def mass_matrix_tangent(vectors, changes, c, d):
     """Changes of (φφ, φα, φβ, αα, αβ, ββ)."""
     foot, A, H, B = vectors
     dfoot, dA, dH, dB = changes
     P, dP = c.R + foot, d.R + dfoot
     leg, dleg = A + H, dA + dH
+    m, dm = c.swing_mass, d.swing_mass
     return (
         2.0 * d.M * inner(P, P) + 4.0 * c.M * inner(P, dP),
         d.M * inner(P, leg) + c.M * (inner(dP, leg) + inner(P, dleg)),
-        d.M * inner(P, B) + c.M * (inner(dP, B) + inner(P, dB)),
+        dm * inner(P, B) + m * (inner(dP, B) + inner(P, dB)),
         d.I + d.M * (inner(A, A) + inner(H, H)) + 2.0 * c.M * (inner(A, dA) + inner(H, dH)),
-        d.M * inner(H, B) + c.M * (inner(dH, B) + inner(H, dB)),
-        d.I + d.M * inner(B, B) + 2.0 * c.M * inner(B, dB),
+        dm * inner(H, B) + m * (inner(dH, B) + inner(H, dB)),
+        d.swing_inertia + dm * inner(B, B) + 2.0 * m * inner(B, dB),
     )
 
 
-@kernel
-def bias_tangent(vectors, changes, rates, rate_changes, c, d):
+@internal
+def bias_tangent(vectors, changes, y, t, c, d):
     """Changes of the centripetal and gravity terms (φ, α, β)."""
     foot, A, H, B = vectors
     dfoot, dA, dH, dB = changes
-    u1, u2, u3 = rates
-    s1, s2, s3 = u1**2, u2**2, u3**2
-    ds1, ds2, ds3 = (
-        2.0 * u1 * rate_changes[0],
-        2.0 * u2 * rate_changes[1],
-        2.0 * u3 * rate_changes[2],
-    )
+    s1, s2, s3 = y[3] * y[3], y[4] * y[4], c.reaction * (y[5] * y[5])
+    ds1, ds2 = 2.0 * y[3] * t[3], 2.0 * y[4] * t[4]
+    ds3 = c.reaction * (2.0 * y[5] * t[5])
     P, dP = c.R + foot, d.R + dfoot
     ankle = c.g - foot * s1
     dankle = d.g - dfoot * s1 - foot * ds1
@@ -91,51 +105,60 @@ def bias_tangent(vectors, changes, rates, rate_changes, c, d):
     both, dboth = a_A + a_B, da_A + da_B
     alpha = turned(A, a_A) + turned(H, a_B)
     dalpha = turned(dA, a_A) + turned(A, da_A) + turned(dH, a_B) + turned(H, da_B)
+    swing = turned(dB, a_B) + turned(B, da_B)
     return (
         d.M * turned(P, both) + c.M * (turned(dP, both) + turned(P, dboth)),
         d.M * alpha + c.M * dalpha,
-        d.M * turned(B, a_B) + c.M * (turned(dB, a_B) + turned(B, da_B)),
+        d.swing_mass * turned(B, a_B) + c.swing_mass * swing,
     )
 
 
-@kernel
-def motor_torque_tangent(ankle_rate, rate_change, stall_torque, torque_change, c, d):
-    """Change of T_stall (1 − ω/ω_noload)."""
-    sign = 1.0 if c.as_published else -1.0
-    share = sign * ankle_rate / c.no_load_speed
-    share_change = (sign * rate_change - share * d.no_load_speed) / c.no_load_speed
-    return torque_change * (1.0 - share) - stall_torque * share_change
+@internal
+def ankle_torque_tangent(y, t, acting, torque_change, c, d):
+    """Change of T_stall (1 − ω/ω_noload); `torque_change` is that of the stall torque."""
+    rate, rate_change = y[4] - y[3], t[4] - t[3]
+    slope_change = -acting.slope * d.no_load_speed / c.no_load_speed
+    line_change = acting.slope * rate_change + slope_change * rate
+    line = 1.0 + acting.slope * rate
+    return acting.share * torque_change * line + acting.strength * line_change
 
 
-@kernel
+@internal
+def hip_torque_tangent(y, t, c, d):
+    """Change of −k(q3 − π)."""
+    return -d.hip_stiffness * (y[2] - y[1] - math.pi) - c.hip_stiffness * (t[2] - t[1])
+
+
+@internal
 def swing_foot_tangent(y, t, c, d):
     """Change of the swing foot's centre from the stance foot's."""
-    foot, stance = direction(y[0]), direction(y[1])
-    swing, swing_foot = direction(y[2]), direction(y[2] - c.lock)
-    turn = foot * t[0] + swing_foot * (t[2] - d.lock)
-    legs = stance * t[1] + swing * t[2]
-    return d.D * (foot + swing_foot) + d.L * (stance + swing) + times_i(c.D * turn + c.L * legs)
+    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
+    turn = c.D * (foot * t[0]) + c.L * (stance * t[1]) + (c.L * swing + c.retracted * swing) * t[2]
+    return d.D * foot + d.L * (stance + swing) + d.retracted * swing + times_i(turn)
 
 
-@kernel
+@internal
 def momenta_before_tangent(y, t, vectors, changes, contact, c, d):
     """Changes of the two momenta just before a heel strike (`contact`: the new point)."""
     foot, A, H, B = vectors
     dfoot, dA, dH, dB = changes
     P, dP = c.R + foot, d.R + dfoot
-    contact_change = swing_foot_tangent(y, t, c, d)
-    if c.as_published:
-        reach = d.L * math.sin(y[2]) + c.L * math.cos(y[2]) * t[2]
-        contact_change -= complex(0.0, 2.0 * reach)
+    reach = d.L * math.sin(y[2]) + c.L * math.cos(y[2]) * t[2]
+    departure = where(c.as_published, 2.0 * reach, 0.0)
+    contact_change = swing_foot_tangent(y, t, c, d) - complex(0.0 * departure, departure)
+    swing, dswing = c.reaction * y[5], c.reaction * t[5]
     v_A = P * y[3] + A * y[4]
     dv_A = dP * y[3] + P * t[3] + dA * y[4] + A * t[4]
-    v_B = P * y[3] + H * y[4] + B * y[5]
-    dv_B = dP * y[3] + P * t[3] + dH * y[4] + H * t[4] + dB * y[5] + B * t[5]
-    arm_A, arm_B = P + A - contact, P + H + B - contact
-    darm_A, darm_B = dP + dA - contact_change, dP + dH + dB - contact_change
+    v_B = P * y[3] + H * y[4] + B * swing
+    dv_B = dP * y[3] + P * t[3] + dH * y[4] + H * t[4] + dB * swing + B * dswing
+    arm_A, arm_B = P + A - contact, P + H + c.reaction * B - contact
+    darm_A, darm_B = dP + dA - contact_change, dP + dH + c.reaction * dB - contact_change
     orbital = inner(arm_A, v_A) + inner(arm_B, v_B)
     dorbital = inner(darm_A, v_A) + inner(arm_A, dv_A) + inner(darm_B, v_B) + inner(arm_B, dv_B)
     walker = d.I * (y[4] + y[5]) + c.I * (t[4] + t[5]) + d.M * orbital + c.M * dorbital
-    leg, dleg = A - H, dA - dH
-    trailing = d.I * y[4] + c.I * t[4] + d.M * inner(leg, v_A)
-    return walker, trailing + c.M * (inner(dleg, v_A) + inner(leg, dv_A))
+    com = trailing_com(H, y[1], c)
+    dcom = dH - d.hip_to_com * direction(y[1]) - times_i(c.hip_to_com * direction(y[1])) * t[1]
+    v, dv = P * y[3] + com * y[4], dP * y[3] + P * t[3] + dcom * y[4] + com * t[4]
+    leg, dleg = com - H, dcom - dH
+    trailing = d.swing_inertia * y[4] + c.swing_inertia * t[4] + d.swing_mass * inner(leg, v)
+    return walker, trailing + c.swing_mass * (inner(dleg, v) + inner(leg, dv))

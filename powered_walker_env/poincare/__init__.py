@@ -11,6 +11,7 @@
 - long studies in pieces: `pieces`, `checkpoint`.
 """
 
+from powered_walker_env.derivatives import PARAMETERS
 from powered_walker_env.poincare.arclength import CurveEnd, EndReason
 from powered_walker_env.poincare.basins import Basin, BasinVolume, basin, basin_volume
 from powered_walker_env.poincare.boundary import Boundary, continue_boundary
@@ -19,7 +20,7 @@ from powered_walker_env.poincare.contact import ContactReport, contact_of, conta
 from powered_walker_env.poincare.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.lyapunov import LyapunovExponent, lyapunov_exponent
-from powered_walker_env.poincare.maps import PARAMETERS, MapPoint, Policy, StrideMap
+from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
 from powered_walker_env.poincare.pieces import LostWorkersError, run_pieces
 from powered_walker_env.poincare.ramps import BifurcationDiagram, bifurcation_diagram
 from powered_walker_env.poincare.regulator import Regulator, regulate

@@ -18,7 +18,7 @@ import numpy as np
 from powered_walker_env import record
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams
 from powered_walker_env.phases import Cycle, Outcome
-from powered_walker_env.physics.constants import pack, unpack
+from powered_walker_env.physics.constants import constants_of
 from powered_walker_env.physics.ground import swing_foot
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.ground_force import (
@@ -200,7 +200,7 @@ def _needed_friction(force: ComplexArray) -> float:
 def _examine(
     logged: LoggedStride, cycle: Cycle, stall_torque: float, params: WalkerParams
 ) -> ContactReport:
-    c = unpack(pack(params))
+    c = constants_of(params)
     log = logged.log
     force, torque = forces(log, cycle, stall_torque, c)
     locked = log[:, 7] == 0

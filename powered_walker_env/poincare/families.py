@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.derivatives import PARAMETERS
 from powered_walker_env.params import Control, WalkerParams
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.maps import (
-    PARAMETERS,
     MapPoint,
     Policy,
     StrideMap,

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from powered_walker_env import record
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
-from powered_walker_env.phases import Cycle, Outcome
-from powered_walker_env.physics.actuation import flow
-from powered_walker_env.physics.constants import Constants, pack, unpack
+from powered_walker_env.phases import Cycle, Joints, Outcome
+from powered_walker_env.physics.actuation import drive, flow
+from powered_walker_env.physics.constants import Constants, constants_of
 from powered_walker_env.physics.heel_strike import heel_strike
 from powered_walker_env.physics.swing import turned, vectors
 from powered_walker_env.poincare.maps import Policy, StrideMap
@@ -58,7 +58,7 @@ def ground_force(
         ValueError: a bad argument.
     """
     logged, cycle, torque = next(logged_strides(params, control, state, 1))
-    c = unpack(pack(params))
+    c = constants_of(params)
     force, ankle = forces(logged.log, cycle, torque, c)
     jump = impulse_of(logged, c)
     return GroundForce(
@@ -96,12 +96,12 @@ def forces(
 ) -> tuple[ComplexArray, Array]:
     """Ground force (n,), N, and torque at the ankle (n,), N m, along a logged stride."""
     force, torque = np.empty(len(log), complex), np.empty(len(log))
-    rates = np.empty(6)
     for i, row in enumerate(log):
         y, phase = row[1:7], cycle[int(row[7])]
-        flow(int(phase.joints), int(phase.torque), y, stall_torque, c, rates)
+        locked, acting = phase.joints == Joints.ANKLE_LOCKED, drive(phase.torque, stall_torque, c)
+        _, _, _, ddphi, ddalpha, ddbeta = flow(locked, y, acting, c)
         foot, A, H, B = vectors(y[0], y[1], y[2], c)
-        P, (ddphi, ddalpha, ddbeta) = c.R + foot, rates[3:]
+        P, B = c.R + foot, c.reaction * B
         ankle = 1j * P * ddphi - foot * y[3] ** 2
         a_A = ankle + (1j * ddalpha - y[4] ** 2) * A
         a_B = ankle + (1j * ddalpha - y[4] ** 2) * H + (1j * ddbeta - y[5] ** 2) * B
@@ -114,7 +114,7 @@ def _momentum(y: Array, c: Constants) -> complex:
     """Linear momentum of the walker, kg m/s."""
     foot, A, H, B = vectors(y[0], y[1], y[2], c)
     ankle = 1j * (c.R + foot) * y[3]
-    return complex(c.M * (2.0 * ankle + 1j * ((A + H) * y[4] + B * y[5])))
+    return complex(c.M * (2.0 * ankle + 1j * ((A + H) * y[4] + c.reaction * B * y[5])))
 
 
 def impulse_of(logged: LoggedStride, c: Constants) -> complex:

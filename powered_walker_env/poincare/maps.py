@@ -11,7 +11,6 @@ closed loop is a map like any other.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,21 +18,17 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from powered_walker_env import kernel, record
+from powered_walker_env import record
+from powered_walker_env.derivatives import directions, run_derivatives
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_walkable
-from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
+from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import PASSIVE_CONTROL, Array, StrideBatch, run_batch
 from powered_walker_env.trajectory import log_stride
 
 SECTION_RTOL = 1e-13  # of the strides behind a gait
 POLICY_DIFFERENCE = 1e-4  # step of the differences of a policy without derivatives, natural units
 _STATE, _CONTROL = slice(0, 4), slice(4, 6)
-_CONTROLS = tuple(field.name for field in dataclasses.fields(Control))
-_NUMBERS = tuple(f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics")
-#: What a map can be differentiated by and continued in, in the kernel's order.
-PARAMETERS = (*_CONTROLS, *_NUMBERS)
 
 
 class Policy(Protocol):
@@ -136,14 +131,14 @@ class StrideMap:
         Raises:
             ValueError: an unknown parameter.
         """
-        directions = _directions(by)
+        changes = directions(by)
         x = np.array(state, dtype=np.float64)
-        moved = np.eye(4, len(directions))
+        moved = np.eye(4, len(changes))
         duration, length = 0.0, 0.0
-        totals = np.zeros((2, len(directions)))
+        totals = np.zeros((2, len(changes)))
         outcome = Outcome.WALKED
         for _ in range(period):
-            row, derivative, outcome = self._stride_derivative(x, directions)
+            row, derivative, outcome = self._stride_derivative(x, changes)
             x, full = row[record.STATE], derivative @ self._chain(x, moved)
             duration += float(row[record.DURATION])
             length += float(row[record.STEP_LENGTH])
@@ -161,33 +156,12 @@ class StrideMap:
             chained[_CONTROL] += policy_derivative(self, x) @ moved
         return chained
 
-    def _stride_derivative(self, x: Array, directions: Array) -> tuple[Array, Array, Outcome]:
-        results, outcomes = np.empty((1, record.RESULTS)), np.empty(1, np.int64)
-        derivatives = np.empty((1, len(directions), OUTPUTS))
-        start = np.ascontiguousarray(x)[np.newaxis]
-        kernel.differentiate_strides(
-            encode(self.cycle),
-            start,
-            self.controls(start),
-            pack(self.params)[np.newaxis],
-            self.rtol,
-            directions,
-            results,
-            outcomes,
-            derivatives,
+    def _stride_derivative(self, x: Array, changes: Array) -> tuple[Array, Array, Outcome]:
+        start, walker = np.ascontiguousarray(x)[np.newaxis], pack(self.params)[np.newaxis]
+        strides, derivatives = run_derivatives(
+            self.cycle, start, self.controls(start), walker, self.rtol, changes
         )
-        return results[0], derivatives[0].T, Outcome(int(outcomes[0]))
-
-
-def _directions(by: Sequence[str]) -> Array:
-    """The kernel's directions: state, control, then the parameters named."""
-    everything = np.eye(4 + len(PARAMETERS), 4 + len(PARAMETERS) + 1)  # the last: the physics
-    rows = [*range(6)]
-    for name in by:
-        if name not in PARAMETERS:
-            raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-        rows.append(4 + PARAMETERS.index(name))
-    return everything[rows]
+        return strides.results[0], derivatives[0], Outcome(int(strides.outcome[0]))
 
 
 def policy_derivative(stride_map: StrideMap, state: Array) -> Array:

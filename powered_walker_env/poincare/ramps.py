@@ -14,10 +14,11 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.derivatives import PARAMETERS
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import PARAMETERS, Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.pieces import RunOptions, run_pieces
 from powered_walker_env.stride import Array
 

@@ -23,10 +23,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 
+from powered_walker_env.derivatives import PARAMETERS
 from powered_walker_env.params import PostStrikeState
 from powered_walker_env.physics.constants import pack
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import PARAMETERS, MapPoint, StrideMap
+from powered_walker_env.poincare.maps import MapPoint, StrideMap
 from powered_walker_env.stride import Array, run_batch
 
 STATE_NAMES = PostStrikeState._fields

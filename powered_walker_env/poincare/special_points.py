@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from powered_walker_env.params import PostStrikeState
 from powered_walker_env.poincare.arclength import Solution, locate
-from powered_walker_env.poincare.families import Family
+from powered_walker_env.poincare.families import Family, OffCurveError
 from powered_walker_env.poincare.gaits import Gait, describe
 
 CRITICAL = 1e-4  # a multiplier this near to its critical value is the one that crosses
@@ -107,7 +107,10 @@ def special_points(
         for kind, test in TESTS.items():
             if test(here) * test(there) >= 0.0:
                 continue
-            solution = locate(family, here, there, test)
+            try:
+                solution = locate(family, here, there, test)
+            except OffCurveError:
+                continue  # the walkers in between fall: there is no curve to be smooth on
             if _is_real(kind, solution):
                 between.append((float(here.tangent @ solution.u), kind, solution))
         between.sort(key=lambda item: item[0])

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING, Control
-from powered_walker_env.phases import Joints, Torque
-from powered_walker_env.physics.actuation import flow
-from powered_walker_env.physics.constants import pack, unpack
+from powered_walker_env.phases import Torque
+from powered_walker_env.physics.actuation import drive, flow
+from powered_walker_env.physics.constants import constants_of
 from powered_walker_env.poincare import Gait, find_gait
 from powered_walker_env.poincare.branch import Branch
 from powered_walker_env.poincare.contact import foot_motion
@@ -150,9 +150,8 @@ def motor_start_acceleration(gait: Gait) -> float:
     phi, dphi, hip_rate = gait.section_state
     alpha = phi + gait.params.locked_ankle_angle
     beta = alpha + control.switch_angle
-    y, rates = np.array([phi, alpha, beta, dphi, dphi, dphi + hip_rate]), np.empty(6)
-    free, motor = int(Joints.ANKLE_FREE), int(Torque.MOTOR)
-    flow(free, motor, y, control.stall_torque, unpack(pack(gait.params)), rates)
+    y, c = (phi, alpha, beta, dphi, dphi, dphi + hip_rate), constants_of(gait.params)
+    rates = flow(False, y, drive(Torque.MOTOR, control.stall_torque, c), c)
     return float(rates[4] - rates[3])
 
 
