@@ -4,12 +4,14 @@ The map of the package, from the ground up:
 
 - `params`, `presets`, `phases`: the walker, walkers with known gaits, and a stride as a
   list of phases (read `phases.py` first);
+- `rimless_wheel`: the wheel that a walker with a massless swing leg is, in closed form;
 - `physics`: swing, motor, ground and heel strike, equation by equation;
 - `integrator`, `events`, `sensitivity`, `kernel`: one compiled stride and its derivatives;
 - `stride`, `derivatives`, `trajectory`: one stride, many at once, many with their
   derivatives, a walk sampled in time;
 - `poincare`: gaits as fixed points of the stride map, and all that is asked of them;
 - `results`: what they answer, saved and loaded;
+- `validation`: published values, and what comes out here;
 - `envs`: the Gymnasium environments, registered when this package is imported;
 - on demand, since they need more than the core: `rendering` and `animation` (pygame),
   `figures`, `plotting` and `reproduce` (matplotlib), `sb3` and `sb3_policies`
@@ -31,6 +33,7 @@ from powered_walker_env.poincare import (
     BifurcationDiagram,
     Boundary,
     Branch,
+    Cascade,
     ContactReport,
     CurveEnd,
     EndReason,
@@ -55,6 +58,7 @@ from powered_walker_env.poincare import (
     contact_report,
     continue_boundary,
     continue_gait,
+    doubling_cascade,
     find_gait,
     find_gait_with,
     find_gaits,
@@ -68,6 +72,7 @@ from powered_walker_env.poincare import (
 )
 from powered_walker_env.presets import PRESETS, Preset
 from powered_walker_env.results import load_result, save_result
+from powered_walker_env.rimless_wheel import RimlessWheel
 from powered_walker_env.stride import Stride, StrideBatch, stride, stride_batch
 from powered_walker_env.trajectory import Trajectory, walk
 
@@ -83,6 +88,7 @@ __all__ = [
     "BifurcationDiagram",
     "Boundary",
     "Branch",
+    "Cascade",
     "ContactReport",
     "Control",
     "CurveEnd",
@@ -101,6 +107,7 @@ __all__ = [
     "PoweredWalkerVectorEnv",
     "Preset",
     "Regulator",
+    "RimlessWheel",
     "Slice",
     "SpecialKind",
     "SpecialPoint",
@@ -120,6 +127,7 @@ __all__ = [
     "continue_boundary",
     "continue_gait",
     "differentiate_batch",
+    "doubling_cascade",
     "find_gait",
     "find_gait_with",
     "find_gaits",

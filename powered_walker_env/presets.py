@@ -1,7 +1,13 @@
-"""Walkers with known gaits: parameters, nominal control, post-strike state and source."""
+"""Walkers with known gaits: parameters, nominal control, post-strike state and source.
+
+Walkers with `control=None` are passive: the foot stays locked and a slope powers them. They
+have no action, so the environments refuse them; everything else takes them. Gravity and
+lengths are as each source has them.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from powered_walker_env.params import AS_PUBLISHED, Control, PostStrikeState, WalkerParams
@@ -18,6 +24,30 @@ class Preset(NamedTuple):
 
 _FIGURE_6 = WalkerParams()  # the thesis's figure 6: the defaults
 _OURS = "found with this package: powered_walker_env.find_gait"
+_STRAIGHT = {"foot_length": 0.0, "locked_ankle_angle": math.pi}  # no ankle: the foot's centre
+
+
+def _mcgeer(com_across: float = 0.0) -> WalkerParams:
+    """McGeer's nominal biped, as the legends of his figures 8 to 10 give it (lengths over l).
+
+    Both legs' masses are 1/2, the hip has none; the leg's centre of mass is c = 0.63 above
+    the sole, its radius of gyration 0.32, the foot's radius R = 0.3; so the foot's centre,
+    our ankle, is 0.7 below the hip. The slope, 2.5 %, is that of his test machine.
+    """
+    mass, radius, height, gyration = 0.5, 0.3, 0.63, 0.32
+    return WalkerParams.from_composite_leg(
+        hip_mass=0.0,
+        frame_mass=mass,
+        frame_com_along=height - radius,
+        frame_com_across=com_across,
+        frame_inertia=mass * gyration**2,
+        leg_length=1.0 - radius,
+        foot_radius=radius,
+        gravity=1.0,
+        slope=0.025,
+        **_STRAIGHT,
+    )
+
 
 PRESETS: dict[str, Preset] = {
     "camp1997": Preset(
@@ -48,6 +78,86 @@ PRESETS: dict[str, Preset] = {
             -0.35972933326976586, 0.4378246226474532, 1.1851372755204743, 0.277635029913339
         ),
         f"this project: round feet, with the thesis's masses; gait {_OURS}",
+    ),
+    "nearly-simplest": Preset(
+        WalkerParams.from_composite_leg(
+            hip_mass=0.5, foot_mass=0.001, gravity=1.0, slope=0.009, **_STRAIGHT
+        ),
+        None,
+        PostStrikeState(
+            -0.20016107216970558, 0.20016107216970552, 0.19990606008763723, 0.18410058685967906
+        ),
+        "nearly the simplest walker of Garcia et al. 1998: foot to hip mass 0.001 (as in "
+        f"P. Bhounsule, passivewalker.m), slope 0.009; long gait {_OURS}",
+    ),
+    "compass": Preset(
+        WalkerParams.from_composite_leg(
+            hip_mass=5.0,
+            frame_mass=5.0,
+            frame_inertia=0.0,
+            gravity=9.81,
+            slope=math.radians(3.0),
+            **_STRAIGHT,
+        ),
+        None,
+        PostStrikeState(
+            -0.2710286804988209, 0.2710286804988209, 1.0923835898836005, 0.3773739489071896
+        ),
+        f"compass gait of Goswami, Thuilot and Espiau 1996 (RR-2996), 3 degrees; gait {_OURS}",
+    ),
+    "mcgeer1990": Preset(
+        _mcgeer(),
+        None,
+        PostStrikeState(
+            -0.2881823097732309, 0.2881823097732309, 0.38536213469182395, 0.2829797838299854
+        ),
+        "McGeer 1990 (Passive dynamic walking), nominal round-foot biped of his figures 8 to "
+        f"10, slope 2.5 %; long gait {_OURS}",
+    ),
+    "mcgeer1990-offset": Preset(
+        _mcgeer(com_across=-0.005),
+        None,
+        PostStrikeState(
+            -0.2832494156143018, 0.2832494156143018, 0.37480312322918286, 0.2673372801701081
+        ),
+        "McGeer 1990 with the legs' masses 0.005 of the leg behind the leg line (this "
+        f"project's choice: his w, of which his test machine had -0.001); gait {_OURS}",
+    ),
+    "bhounsule-round-feet": Preset(
+        WalkerParams.from_composite_leg(
+            hip_mass=0.5,
+            frame_mass=0.5,
+            frame_inertia=0.02,
+            foot_radius=0.2,
+            gravity=1.0,
+            slope=0.01,
+            **_STRAIGHT,
+        ),
+        None,
+        PostStrikeState(
+            -0.18943828325270257, 0.18943828325270212, 0.23901098781294272, 0.1876139814681526
+        ),
+        f"round feet of P. Bhounsule, passivewalker.m (2019), slope 0.01; gait {_OURS}",
+    ),
+    "ranger-locked": Preset(
+        WalkerParams.from_composite_leg(
+            hip_mass=2.25,
+            frame_mass=2.0,
+            frame_com_along=0.66,
+            frame_inertia=0.238,
+            leg_length=0.96,
+            foot_length=0.11,
+            foot_radius=0.2,
+            locked_ankle_angle=math.pi,
+            gravity=10.0,
+            slope=0.005,
+        ),
+        None,
+        PostStrikeState(
+            -0.1774162181650448, 0.1774162181650448, 0.6192085757796357, 0.5555176345799467
+        ),
+        "Ranger with locked ankles, long step (Bhounsule, PhD thesis, Cornell 2012, appendix "
+        f"D.1; leg inertia 0.238, printed as 0.24), slope 0.005; gait {_OURS}",
     ),
 }
 

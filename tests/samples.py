@@ -11,7 +11,12 @@ import numpy as np
 
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING, WalkerParams
 from powered_walker_env.physics.constants import Constants, constants_of
+from powered_walker_env.presets import PRESETS
 from tests.derivation import TO_RELATIVE, Array
+
+#: Presets with a motor, which environments take; and those without.
+POWERED = [name for name, preset in PRESETS.items() if preset.control is not None]
+PASSIVE = [name for name in PRESETS if name not in POWERED]
 
 
 def constants(params: WalkerParams) -> Constants:

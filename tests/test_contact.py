@@ -16,6 +16,7 @@ from powered_walker_env.trajectory import Trajectory
 from tests import derivation as d
 from tests.derivation import Array
 from tests.published import PASSIVE_GAITS, PassiveGait
+from tests.samples import POWERED
 
 THESIS, PUBLISHED, ROUND = (
     PRESETS[name] for name in ("camp1997", "camp1997-as-published", "round-foot")
@@ -91,7 +92,7 @@ def test_a_passive_gaits_floor_carries_its_weight_down_the_slope(gait: PassiveGa
     np.testing.assert_allclose(impulse_over_stride(force), along * force.t[-1], atol=bound)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", POWERED)
 def test_over_a_period_force_and_impulse_balance_the_weight(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     force = ground_force(params, control, state)

@@ -15,6 +15,7 @@ from powered_walker_env.poincare.maps import StrideMap, control_row
 from powered_walker_env.sensitivity import OUTPUTS
 from tests.derivation import Array
 from tests.published import PASSIVE_GAITS
+from tests.samples import POWERED
 
 DIRECTIONS = 17  # state 4, control 2, and the 11 numbers of a packed walker
 
@@ -63,7 +64,7 @@ def agree(cycle: Cycle, params: WalkerParams, state: Array, control: Control | N
         assert gap < 1e-8 * largest, (column, gap / largest)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", POWERED)
 def test_derivatives_of_a_powered_stride_are_exact_in_every_direction(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     agree(POWERED_WALKER, params, np.array(state), control)

@@ -20,6 +20,7 @@ from powered_walker_env import (
 )
 from tests.derivation import HIP, SWING_CENTRE, Array, energies, kinematics
 from tests.published import PASSIVE_GAITS
+from tests.samples import POWERED
 
 THESIS, ROUND = PRESETS["camp1997"], PRESETS["round-foot"]
 
@@ -53,7 +54,7 @@ def test_energy_is_kept_in_the_swing_phase_of_a_powered_stride(preset) -> None: 
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", POWERED)
 def test_the_motors_work_is_the_integral_of_torque_times_speed(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     assert control is not None

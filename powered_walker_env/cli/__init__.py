@@ -1,4 +1,4 @@
-"""The command line: `powered-walker gait`, `branch`, `basin`, `reproduce` and more.
+"""The command line: `powered-walker gait`, `branch`, `basin`, `validate` and more.
 
 Each command is a function from parsed arguments to a report that can be printed as text
 or, with --json, as one JSON object; with --out what was found is saved and drawn.
@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from powered_walker_env.cli import regions, studies, walking
+from powered_walker_env.cli import regions, studies, validate, walking
 from powered_walker_env.cli.output import Report
 from powered_walker_env.poincare import GaitNotFoundError
 
@@ -22,7 +22,7 @@ NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status (2 for a bad argument, 1 for no result)."""
+    """Run one command; returns the exit status (2 for a bad argument, 1 for no or a bad result)."""
     options = _parser().parse_args(arguments)
     command: Callable[[argparse.Namespace], Report] = options.command
     try:
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _failed(f"interrupted{hint}", INTERRUPTED)
     text = json.dumps(_finite(report.data), indent=2) if options.json else report.text
     print(text)
-    return 0
+    return report.status
 
 
 def _failed(message: str, status: int) -> int:
@@ -54,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions):
+    for family in (walking, studies, regions, validate):
         family.add_commands(commands)
     return parser
 

@@ -10,6 +10,7 @@ from typing import Any
 from powered_walker_env.cli.output import Report
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
+from powered_walker_env.poincare.families import check_parameter
 from powered_walker_env.presets import PRESETS
 
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
@@ -46,8 +47,8 @@ def add_walker(parser: argparse.ArgumentParser) -> None:
 def add_range(parser: argparse.ArgumentParser) -> None:
     """Arguments that choose a parameter and its bounds."""
     parser.add_argument(
-        "--parameter", default="stall_torque", choices=PARAMETERS, metavar="NAME",
-        help=f"one of {', '.join(PARAMETERS)} (default %(default)s)",
+        "--parameter", choices=PARAMETERS, metavar="NAME",
+        help=f"one of {', '.join(PARAMETERS)} (default: stall_torque; of a passive walker, slope)",
     )  # fmt: skip
     parser.add_argument(
         "--bounds", type=float, nargs=2, metavar=("LOW", "HIGH"),
@@ -65,21 +66,29 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, help="workers; all cores if left out")
 
 
-def walker_of(options: argparse.Namespace) -> tuple[WalkerParams, Control, PostStrikeState]:
-    """The walker and control asked for, and the preset's state.
+def walker_of(
+    options: argparse.Namespace,
+) -> tuple[WalkerParams, Control | None, PostStrikeState]:
+    """The walker and control asked for (None: passive), and the preset's state.
 
     Raises:
-        ValueError, TypeError: a name that is no parameter, a value out of its domain.
+        ValueError, TypeError: a name that is no parameter, a value out of its domain, a
+            control for a walker that has none.
     """
     params, control, state, _ = PRESETS[options.preset]
-    if control is None:
-        raise ValueError(f"--preset must be a powered walker, got {options.preset!r}")
     changes = dict(_assignment(text) for text in options.set)
     for name in ("switch_angle", "stall_torque"):
         if getattr(options, name) is not None:
             changes[name] = getattr(options, name)
     controls = [field.name for field in dataclasses.fields(Control)]
     chosen = {name: changes.pop(name) for name in controls if name in changes}
+    if control is None:
+        if chosen:
+            raise ValueError(
+                f"--preset {options.preset} is a passive walker and has no {next(iter(chosen))}; "
+                "choose a powered preset, or leave it out"
+            )
+        return params.replace(**changes), None, state
     return params.replace(**changes), dataclasses.replace(control, **chosen), state
 
 
@@ -109,6 +118,22 @@ def gait_of(options: argparse.Namespace, period: int = 1) -> Gait:
         return find_gait(params, control, state, period=period)
     except GaitNotFoundError:
         return find_gait(params, control, period=period)
+
+
+def passive(options: argparse.Namespace) -> bool:
+    """Whether the walker asked for has no motor."""
+    return PRESETS[options.preset].control is None
+
+
+def parameter_of(options: argparse.Namespace) -> str:
+    """The parameter asked for, else what drives the walker: its motor, or the slope.
+
+    Raises:
+        ValueError: one that this walker has not.
+    """
+    name: str = options.parameter or ("slope" if passive(options) else "stall_torque")
+    check_parameter(name, PRESETS[options.preset].control)
+    return name
 
 
 def range_around(

@@ -24,6 +24,7 @@ class Report(NamedTuple):
 
     text: str
     data: dict[str, Any]
+    status: int = 0  # exit status
 
 
 def add_out(parser: argparse.ArgumentParser, *, resumable: bool = False) -> None:

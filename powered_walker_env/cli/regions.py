@@ -14,6 +14,7 @@ from powered_walker_env.cli.options import (
     add_running,
     add_walker,
     gait_of,
+    passive,
     range_around,
 )
 from powered_walker_env.cli.output import (
@@ -30,10 +31,11 @@ from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError
 from powered_walker_env.poincare.basins import FELL, Basin, basin
 from powered_walker_env.poincare.boundary import Boundary, continue_boundary
 from powered_walker_env.poincare.continuation import continue_gait
-from powered_walker_env.poincare.families import value_of
+from powered_walker_env.poincare.families import check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.slices import COORDINATES, Slice
 from powered_walker_env.poincare.special_points import SpecialPoint
+from powered_walker_env.presets import PRESETS
 from powered_walker_env.stride import Array
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
@@ -47,8 +49,8 @@ def add_commands(commands: Any) -> None:
     )
     add_walker(edge)
     edge.add_argument(
-        "--parameters", nargs=2, choices=PARAMETERS, default=["switch_angle", "stall_torque"],
-        metavar=("ACROSS", "UP"), help="(default: switch_angle stall_torque)",
+        "--parameters", nargs=2, choices=PARAMETERS, metavar=("ACROSS", "UP"),
+        help="(default: switch_angle stall_torque; of a passive walker, com_across slope)",
     )  # fmt: skip
     edge.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
@@ -80,6 +82,7 @@ def add_commands(commands: Any) -> None:
 
 def _boundary(options: argparse.Namespace) -> Report:
     check_out(options)
+    options.parameters = _parameters(options)
     gait = gait_of(options)
     first, second = options.parameters
     given = options.bounds or [None] * 4
@@ -107,6 +110,15 @@ def _boundary(options: argparse.Namespace) -> Report:
         tuple(curves),
         lambda: figures().boundary_figure(curves, nominal=nominal, title=title),
     )
+
+
+def _parameters(options: argparse.Namespace) -> list[str]:
+    """The two parameters asked for, else the control, or what a passive walker lives by."""
+    default = ["com_across", "slope"] if passive(options) else ["switch_angle", "stall_torque"]
+    names: list[str] = options.parameters or default
+    for name in names:
+        check_parameter(name, PRESETS[options.preset].control)
+    return names
 
 
 def _limits(gait: Gait, parameter: str, bounds: tuple[float, float]) -> list[SpecialPoint]:

@@ -14,6 +14,7 @@ from powered_walker_env.cli.options import (
     add_running,
     add_walker,
     gait_of,
+    parameter_of,
     range_around,
     walker_of,
 )
@@ -78,6 +79,7 @@ def add_commands(commands: Any) -> None:
 
 def _branch(options: argparse.Namespace) -> Report:
     check_out(options)
+    options.parameter = parameter_of(options)
     gait = gait_of(options)
     value = value_of(gait.params, gait.control, options.parameter)
     bounds = range_around(options.bounds, value)
@@ -146,6 +148,7 @@ def _bifurcation(options: argparse.Namespace) -> Report:
     check_out(options)
     if options.points < 2:
         raise ValueError(f"--points must be at least 2, got {options.points!r}")
+    options.parameter = parameter_of(options)
     params, control, _ = walker_of(options)
     value = value_of(params, control, options.parameter)
     low, high = range_around(options.bounds, value)

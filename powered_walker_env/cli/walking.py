@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env.cli.options import add_command, add_walker, gait_of, walker_of
+from powered_walker_env.cli.options import add_command, add_walker, gait_of, passive, walker_of
 from powered_walker_env.cli.output import Report, add_out, check_out, figures, put_out
 from powered_walker_env.params import Control
 from powered_walker_env.phases import Outcome
@@ -82,6 +82,11 @@ def _walk_text(walked: Trajectory) -> str:
 
 def _gait(options: argparse.Namespace) -> Report:
     check_out(options)
+    if options.out and not options.no_plot and passive(options):
+        raise ValueError(
+            f"--preset must be a powered walker for the picture of a gait, got "
+            f"{options.preset!r}; add --no-plot to save the numbers"
+        )
     gait = gait_of(options, options.period)
     contact = contact_of(gait)
     report = Report(_gait_text(gait, contact), gait_data(gait) | {"contact": _contact(contact)})

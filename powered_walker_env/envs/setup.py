@@ -71,7 +71,11 @@ def _from_preset(
 ) -> tuple[WalkerParams, Control, Array]:
     chosen = preset(name)
     if chosen.control is None:
-        raise ValueError(f"preset must be a powered walker, got {name!r}, which has no motor")
+        powered = ", ".join(n for n, known in PRESETS.items() if known.control is not None)
+        raise ValueError(
+            f"preset must be a powered walker, got {name!r}, which has no motor and so nothing "
+            f"to decide; choose one of {powered}"
+        )
     if control is None and gait is None:
         return chosen.params, chosen.control, np.array([chosen.state])
     nominal = control or chosen.control

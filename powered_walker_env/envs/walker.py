@@ -130,7 +130,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
 
     | Argument        | Default       | Meaning                                         |
     |-----------------|---------------|-------------------------------------------------|
-    | `preset`        | `"camp1997"`  | a name in `PRESETS`; the ids set it             |
+    | `preset`        | `"camp1997"`  | a powered one of `PRESETS`; the ids set it      |
     | `params`        | `None`        | with `preset=None`: `WalkerParams`, or a dict   |
     | `control`       | `None`        | nominal (switch angle, stall torque), rad, N m  |
     | `gait`          | `None`        | its post-strike state, or those of its cycle    |

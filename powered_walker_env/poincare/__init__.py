@@ -3,7 +3,8 @@
 - what is the map, and its derivative? `maps`;
 - which gaits are there? `gaits` (near a guess), `search` (everywhere, or of a given speed);
 - how do they change with a parameter? `continuation` (with `families`, `arclength`,
-  `branch`, `special_points`), `boundary` for two parameters, `ramps` by brute force;
+  `branch`, `special_points`), `cascades` to chaos, `boundary` for two parameters, `ramps`
+  by brute force;
 - how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
 - from where are they reached? `basins` (with `slices`, `trapping`), and from where could
   any controller reach them? `viability` (with `regulator`);
@@ -16,6 +17,7 @@ from powered_walker_env.poincare.arclength import CurveEnd, EndReason
 from powered_walker_env.poincare.basins import Basin, BasinVolume, basin, basin_volume
 from powered_walker_env.poincare.boundary import Boundary, continue_boundary
 from powered_walker_env.poincare.branch import Branch
+from powered_walker_env.poincare.cascades import Cascade, doubling_cascade
 from powered_walker_env.poincare.contact import ContactReport, contact_of, contact_report
 from powered_walker_env.poincare.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
@@ -38,6 +40,7 @@ __all__ = [
     "BifurcationDiagram",
     "Boundary",
     "Branch",
+    "Cascade",
     "ContactReport",
     "CurveEnd",
     "EndReason",
@@ -62,6 +65,7 @@ __all__ = [
     "contact_report",
     "continue_boundary",
     "continue_gait",
+    "doubling_cascade",
     "find_gait",
     "find_gait_with",
     "find_gaits",

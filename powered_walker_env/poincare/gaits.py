@@ -128,11 +128,19 @@ def _starts(stride_map: StrideMap, period: int) -> Array:
     swing = -stance + rng.normal(0.0, 0.1, STARTS)
     rates = rng.uniform([0.05, -0.2], [0.6, 0.5], (STARTS, 2))
     scattered = np.column_stack([stance, swing, rates]) * units
-    known = np.array([preset.state for preset in PRESETS.values()])
-    states = np.concatenate([known, scattered])
+    states = np.concatenate([_of_presets(stride_map), scattered])
     residuals = residuals_of(stride_map, states, period)
     order = np.argsort(residuals, kind="stable")
     return states[order[: min(TRIES, int(np.isfinite(residuals).sum()))]]
+
+
+def _of_presets(stride_map: StrideMap) -> Array:
+    """The gaits of the presets that are powered, or passive, like this walker, to its scale."""
+    passive = stride_map.control is None
+    alike = [preset for preset in PRESETS.values() if (preset.control is None) == passive]
+    scaled = np.array([np.array(p.state) / natural_units(p.params) for p in alike])
+    known: Array = scaled * natural_units(stride_map.params)
+    return known
 
 
 def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
