@@ -16,6 +16,7 @@ The map of the package, from the ground up:
 - on demand, since they need more than the core: `rendering` and `animation` (pygame),
   `figures`, `plotting` and `reproduce` (matplotlib), `sb3` and `sb3_policies`
   (Stable-Baselines3), `torch` (the differentiable stride);
+- `benchmark`: speed and accuracy beside other integrators, and what the machine allows;
 - `cli`: the command `powered-walker`.
 """
 

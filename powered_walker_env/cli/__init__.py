@@ -1,4 +1,4 @@
-"""The command line: `powered-walker gait`, `branch`, `basin`, `validate` and more.
+"""The command line: `powered-walker gait`, `branch`, `basin`, `validate`, `bench` and more.
 
 Each command is a function from parsed arguments to a report that can be printed as text
 or, with --json, as one JSON object; with --out what was found is saved and drawn.
@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
-from typing import Any
 
-from powered_walker_env.cli import regions, studies, validate, walking
-from powered_walker_env.cli.output import Report
+from powered_walker_env.cli import bench, regions, studies, validate, walking
+from powered_walker_env.cli.output import Report, finite
 from powered_walker_env.poincare import GaitNotFoundError
 
 NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
@@ -35,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         resumable = getattr(options, "resumable", False) and options.out
         hint = "; the same command goes on from here" if resumable else ""
         return _failed(f"interrupted{hint}", INTERRUPTED)
-    text = json.dumps(_finite(report.data), indent=2) if options.json else report.text
+    text = json.dumps(finite(report.data), indent=2) if options.json else report.text
     print(text)
     return report.status
 
@@ -54,17 +52,6 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, validate):
+    for family in (walking, studies, regions, validate, bench):
         family.add_commands(commands)
     return parser
-
-
-def _finite(value: Any) -> Any:
-    """The data with null for numbers that JSON does not know."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
