@@ -17,9 +17,9 @@ from agents.controllers import Controller
 from powered_walker_env import Control, PostStrikeState, Trajectory, walk
 from powered_walker_env.envs.task import Task
 from powered_walker_env.files import written_aside
-from powered_walker_env.phases import POWERED_WALKER
 from powered_walker_env.physics.constants import params_of
 from powered_walker_env.rendering import Renderer
+from powered_walker_env.schemes import POWERED_WALKER
 from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powered_walker_env import kernel, record
-from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.params import WalkerParams
 from powered_walker_env.phases import Cycle, encode
+from powered_walker_env.schemes import CONTROL_NUMBERS
 from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import (
     NO_LOG,
@@ -29,12 +30,15 @@ from powered_walker_env.stride import (
 )
 from powered_walker_env.threads import run_in_slices
 
-CONTROLS = tuple(field.name for field in dataclasses.fields(Control))
 NUMBERS = tuple(field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics")
-#: What a stride can be differentiated by besides its state, in the kernel's order.
-PARAMETERS = (*CONTROLS, *NUMBERS)
+#: What a stride can be differentiated by besides its state: numbers of controls, of walkers.
+PARAMETERS = (*CONTROL_NUMBERS, *NUMBERS)
 # Of the kernel's directions; the last of a packed walker is its physics, which is no number.
-_STATE, _ALL = 4, 4 + len(PARAMETERS) + 1
+_STATE, _CONTROL = 4, 2
+_ALL = _STATE + _CONTROL + len(NUMBERS) + 1
+_COLUMNS = {name: _STATE + column for name, column in CONTROL_NUMBERS.items()} | {
+    name: _STATE + _CONTROL + column for column, name in enumerate(NUMBERS)
+}
 _FLAT = np.zeros(1)
 
 
@@ -105,7 +109,7 @@ def run_derivatives(
 
     Args:
         rows: packed walkers, N or one for all.
-        changes: (n, 18) the directions: changes of state (4), control (2) and packed walker.
+        changes: (n, 6 + PACKED) the directions: of state (4), control (2) and packed walker.
     """
     results = np.empty((len(states), record.RESULTS))
     derivatives = np.empty((len(states), len(changes), OUTPUTS))
@@ -131,15 +135,15 @@ def run_derivatives(
 
 
 def directions(by: Sequence[str] = ()) -> Array:
-    """(6 + k, 18) the kernel's directions: state, control, then the parameters named.
+    """(6 + k, 6 + PACKED) the kernel's directions: state, control, then the parameters named.
 
     Raises:
         ValueError: an unknown parameter.
     """
-    wanted = list(range(_STATE + len(CONTROLS)))
+    wanted = list(range(_STATE + _CONTROL))
     for name in by:
         if name not in PARAMETERS:
             raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-        wanted.append(_STATE + PARAMETERS.index(name))
+        wanted.append(_COLUMNS[name])
     every: Array = np.eye(_ALL)
     return every[wanted]

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 from powered_walker_env.compilation import internal
 from powered_walker_env.dense import interpolate, look_inside
+from powered_walker_env.integrator import acting
 from powered_walker_env.lanes import LANES, bits, load, store, where
 from powered_walker_env.lockstep import FALL, GUARDS, blend
 from powered_walker_env.phases import Guard
+from powered_walker_env.physics.actuation import flow, holding_torque
 from powered_walker_env.physics.constants import lanes_of
 from powered_walker_env.physics.ground import (
     comes_down,
@@ -22,8 +24,11 @@ from powered_walker_env.physics.ground import (
     switch,
     upright,
 )
+from powered_walker_env.physics.stop import stop
+from powered_walker_env.physics.tangents import holding_torque_rate
 
 SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
+STOP, RELEASE = int(Guard.STOP), int(Guard.RELEASE)
 BISECTIONS = 60  # enough to close any bracket in double precision
 NEWTON_STEPS = 4  # on a cubic, from inside its bracket
 TRIES = 8  # steps towards one event
@@ -31,23 +36,42 @@ NOWHERE = 2.0  # a fraction of the step past its end
 
 
 @internal
-def guard_at(guard, locked, y, switch_angle, step_height, c):
-    """Value and rate of one guard; of one walker or of eight."""
+def _release(locked, y, drive, c):
+    """Whether the stop still holds the ankle: the torque it has to give, and its rate."""
+    slope = flow(locked, y, drive, c)
+    return holding_torque(y, slope, drive, c), holding_torque_rate(y, slope, drive, c)
+
+
+@internal
+def guard_at(guard, locked, y, drive, switch_angle, step_height, c):
+    """Value and rate of one guard, of eight walkers."""
     if guard == SWITCH_ANGLE:
         return switch(y, switch_angle)
     if guard == LANDING:
         return landing(locked, y, step_height, c)
+    if guard == STOP:
+        return stop(y, c)
+    if guard == RELEASE:
+        return _release(locked, y, drive, c)
     return upright(locked, y, c)
 
 
 @internal
-def watch(s, locked, y, c, mask, values, rates):
+def watch(s, locked, y, drive, c, mask, values, rates):
     """Write all guards' values and rates at y where the mask holds."""
-    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
     for guard in (SWITCH_ANGLE, LANDING, FALL):
-        value, rate = guard_at(guard, locked, y, switch_angle, height, c)
-        blend(values, guard, mask, value)
-        blend(rates, guard, mask, rate)
+        _watch(s, guard, locked, y, drive, c, mask, values, rates)
+    for guard in (STOP, RELEASE):
+        if bits(load(s.active, guard) > 0.0):
+            _watch(s, guard, locked, y, drive, c, mask, values, rates)
+
+
+@internal
+def _watch(s, guard, locked, y, drive, c, mask, values, rates):
+    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
+    value, rate = guard_at(guard, locked, y, drive, switch_angle, height, c)
+    blend(values, guard, mask, value)
+    blend(rates, guard, mask, rate)
 
 
 @internal
@@ -66,16 +90,23 @@ def may_fall_through(value, rate, value_end, rate_end, h):
 
 @internal
 def suspicions(s, h, y, y_new):
-    """For each guard the lanes, as bits, in which it may have fallen through zero.
+    """For each guard, NEVER left out, the lanes (bits) in which it may have fallen through zero.
 
     Args:
         h: s, lengths of the steps; y, y_new: their ends.
     """
     ahead = (legs_have_passed(y) | legs_have_passed(y_new)) & (load(s.scuffed, 0) == 0.0)
-    switched = _suspicion(s, SWITCH_ANGLE, h)
-    landed = _suspicion(s, LANDING, h) & ahead
-    fallen = _suspicion(s, FALL, h)
-    return bits(switched), bits(landed), bits(fallen)
+    stopped, released = 0, 0
+    if bits(load(s.active, STOP) + load(s.active, RELEASE) > 0.0):
+        stopped = bits(_suspicion(s, STOP, h))
+        released = bits(_suspicion(s, RELEASE, h))
+    return (
+        bits(_suspicion(s, SWITCH_ANGLE, h)),
+        bits(_suspicion(s, LANDING, h) & ahead),
+        stopped,
+        released,
+        bits(_suspicion(s, FALL, h)),
+    )
 
 
 @internal
@@ -90,16 +121,20 @@ def _suspicion(s, guard, h):
 def over_at_once(s):
     """Lanes, as bits, whose phase is over as it begins; notes why in s.ending.
 
-    A hip already past the switch and closing starts the motor at once; a walker that is
-    already down has fallen. A landing must be a fall through the floor.
+    A hip already past the switch and closing starts the motor at once, a stop with
+    nothing to hold lets go at once, and a walker that is already down has fallen. A
+    landing must be a fall through the floor, and a stop be met.
     """
     switching = (load(s.active, SWITCH_ANGLE) > 0.0) & (load(s.rate, SWITCH_ANGLE) < 0.0)
     switched = bits(switching & (load(s.value, SWITCH_ANGLE) <= 0.0))
+    loose = bits((load(s.active, RELEASE) > 0.0) & (load(s.value, RELEASE) <= 0.0))
     down = bits(load(s.value, FALL) <= 0.0)
     for lane in range(LANES):
-        if (switched | down) >> lane & 1:
-            s.ending[0, lane] = FALL if down >> lane & 1 else SWITCH_ANGLE
-    return switched | down
+        if (switched | loose | down) >> lane & 1:
+            s.ending[0, lane] = RELEASE if loose >> lane & 1 else SWITCH_ANGLE
+            if down >> lane & 1:
+                s.ending[0, lane] = FALL
+    return switched | loose | down
 
 
 @internal
@@ -129,7 +164,7 @@ def _guard_inside(s, w, lane, guard, fraction):
     c, locked = lanes_of(w.constants), load(w.locked, 0) > 0.0
     y = look_inside(w, fraction + 0.0 * load(w.length, 0))
     switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
-    value, rate = guard_at(guard, locked, y, switch_angle, height, c)
+    value, rate = guard_at(guard, locked, y, acting(w), switch_angle, height, c)
     lands = bits(comes_down(locked, y, c)) >> lane & 1
     return bits(value > 0.0) >> lane & 1, bits(rate > 0.0) >> lane & 1, lands
 

@@ -59,7 +59,7 @@ class Workspace(NamedTuple):
     slopes: Table  # 16 times 6, y' at the stages, then at those of the interpolant
     terms: Table  # 7 times 6, coefficients of the interpolant
     length: Table  # 1, s, of the step
-    drive: Table  # 3, what acts at the ankle
+    drive: Table  # 5, what acts at ankle and hip
     locked: Table  # 1, 1 where the ankle is
     constants: Table  # LANE_ROWS, of the walkers
 
@@ -71,7 +71,7 @@ _TERM_ROWS = (len(DOP853.D) + 3) * DIMENSION
 _SLOPES = 2 * DIMENSION + STAGE_ROWS
 _TERMS = _SLOPES + _SLOPE_ROWS
 _SINGLE = _TERMS + _TERM_ROWS
-WORKSPACE_ROWS = _SINGLE + 5 + LANE_ROWS
+WORKSPACE_ROWS = _SINGLE + 7 + LANE_ROWS
 
 
 @internal
@@ -85,8 +85,8 @@ def workspace(rows):
         rows_from(rows, _TERMS),
         rows_from(rows, _SINGLE),
         rows_from(rows, _SINGLE + 1),
-        rows_from(rows, _SINGLE + 4),
-        rows_from(rows, _SINGLE + 5),
+        rows_from(rows, _SINGLE + 6),
+        rows_from(rows, _SINGLE + 7),
     )
 
 
@@ -147,7 +147,9 @@ def plus(a, factor, b):
 @internal
 def acting(w):
     """The `Drive`s of the eight walkers."""
-    return Drive(load(w.drive, 0), load(w.drive, 1), load(w.drive, 2))
+    return Drive(
+        load(w.drive, 0), load(w.drive, 1), load(w.drive, 2), load(w.drive, 3), load(w.drive, 4)
+    )
 
 
 @internal

@@ -16,6 +16,8 @@ from powered_walker_env.compilation import internal, threaded_kernel
 from powered_walker_env.events import (
     LANDING,
     NOWHERE,
+    RELEASE,
+    STOP,
     SWITCH_ANGLE,
     aim,
     arrive,
@@ -52,6 +54,7 @@ from powered_walker_env.lanes import (
 )
 from powered_walker_env.lockstep import (
     FALL,
+    GUARDS,
     LOCKSTEP_ROWS,
     Batch,
     blend,
@@ -61,11 +64,13 @@ from powered_walker_env.lockstep import (
     rest,
     row_of,
 )
-from powered_walker_env.phases import MAX_EXITS, Outcome
+from powered_walker_env.phases import MAX_EXITS, Outcome, Reset
 from powered_walker_env.physics.actuation import flow
 from powered_walker_env.physics.constants import lane_of, lanes_of, unpack
 from powered_walker_env.physics.ground import name_fall
 from powered_walker_env.physics.heel_strike import heel_strike
+from powered_walker_env.physics.push_off import push_off, work_after, work_before, work_with
+from powered_walker_env.physics.stop import caught
 from powered_walker_env.physics.swing import kinetic_energy
 from powered_walker_env.record import (
     TOTALS_ROWS,
@@ -85,10 +90,14 @@ from powered_walker_env.sensitivity import (
     enter_phases,
     leave_phases,
     propagate,
+    stop_phases,
     strike,
     write_derivatives,
 )
 
+HEEL_STRIKE, STOP_RESET = int(Reset.HEEL_STRIKE), int(Reset.STOP)
+PUSH_BEFORE, PUSH_WITH = int(Reset.PUSH_BEFORE), int(Reset.PUSH_WITH)
+PUSH_AFTER = int(Reset.PUSH_AFTER)
 WALKED, NO_LANDING = int(Outcome.WALKED), int(Outcome.NO_LANDING)
 NOT_FINITE, STEP_LIMIT = int(Outcome.NOT_FINITE), int(Outcome.STEP_LIMIT)
 
@@ -108,7 +117,7 @@ KERNEL_ROWS = LOCKSTEP_ROWS + WORKSPACE_ROWS + TOTALS_ROWS
 def _next_stride(s, w, sums, lane, queue, batch, d):
     """Place the next stride that can begin in a free lane; the strides begun so far."""
     states = batch.states
-    for index in range(queue, batch.count):
+    for index in range(queue, batch.strides):
         c = unpack(batch.rows, row_of(index, batch.row_count))
         place(s, w, lane, index, batch, c)
         clear(sums, lane)
@@ -119,7 +128,7 @@ def _next_stride(s, w, sums, lane, queue, batch, d):
             return index + 1
         _finish(s, w, sums, lane, NOT_FINITE, batch, d)
     rest(s, lane)
-    return batch.count
+    return batch.strides
 
 
 @internal
@@ -130,27 +139,50 @@ def _begin_phases(s, w, sums, begun):
     slope = flow(locked, y, drive, c)
     for i in range(DIMENSION):
         blend(w.slopes, i, mask, slope[i])
-    watch(s, locked, y, c, mask, s.value, s.rate)
+    watch(s, locked, y, drive, c, mask, s.value, s.rate)
     look(sums, mask, y, drive, c)
     return over_at_once(s) & begun
 
 
 @internal
-def _strike(s, w):
-    """Heel strikes of all eight, from w.y to s.struck; energy lost and way travelled."""
+def _impact(s, w):
+    """Heel strikes of all eight, with or without a push, or their ankles' stops: from w.y to
+    s.struck; energy lost, work of the push and way travelled."""
     y, c = load_state(w.y, 0), lanes_of(w.constants)
-    struck = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
+    reset, impulse = load(s.reset, 0), load(s.impulse, 0)
+    struck = push_off(y[0], y[1], y[2], y[3], y[4], y[5], impulse, c)
     store_state(s.struck, 0, struck)
+    work = 0.0 * impulse
+    if bits(reset > HEEL_STRIKE):
+        work = _push_work(y, reset, impulse, struck, c)
+    if bits(reset == STOP_RESET):
+        stopped = caught(y, c)
+        for i in range(DIMENSION):
+            blend(s.struck, i, reset == STOP_RESET, stopped[i])
+        struck = load_state(s.struck, 0)
     before = kinetic_energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
     after = kinetic_energy(struck[0], struck[1], struck[2], struck[3], struck[4], struck[5], c)
-    store(s.lost, 0, before - after)
+    store(s.pushed, 0, work)
+    store(s.lost, 0, before + work - after)
     store(s.travelled, 0, travel(s, y, c))
 
 
 @internal
+def _push_work(y, reset, impulse, struck, c):
+    """Work of the push-off by when it comes, J; 0 for other resets."""
+    before = work_before(y[0], y[1], y[2], impulse, c)
+    along = work_with(y[0], y[1], y[2], impulse, struck, c)
+    unpushed = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
+    after = work_after(y[0], y[1], y[2], impulse, unpushed, struck, c)
+    work = where(reset == PUSH_BEFORE, before, 0.0)
+    return where(reset == PUSH_WITH, along, where(reset == PUSH_AFTER, after, work))
+
+
+@internal
 def _way_out(s, w, lane, batch):
-    """Where a phase that has ended leads: a phase, or −1 − outcome."""
+    """Where a phase that has ended leads: a phase, or −1 − outcome; notes the reset."""
     ending, phase, cycle = int(s.ending[0, lane]), int(s.phase[0, lane]), batch.cycle
+    s.reset[0, lane], s.impulse[0, lane] = 0.0, 0.0
     if ending < 0:
         return ending
     if ending == FALL:
@@ -158,7 +190,10 @@ def _way_out(s, w, lane, batch):
         return -1 - name_fall(w.locked[0, lane] > 0.0, state_of(w.y, lane), c)
     for exit in range(MAX_EXITS):
         if cycle[phase, 2 + 3 * exit] == ending:
-            to = int(cycle[phase, 4 + 3 * exit])
+            to, reset = int(cycle[phase, 4 + 3 * exit]), int(cycle[phase, 3 + 3 * exit])
+            s.reset[0, lane] = reset
+            if PUSH_BEFORE <= reset <= PUSH_AFTER:
+                s.impulse[0, lane] = s.strength[0, lane]
             return to if s.phases[0, lane] < MAX_PHASES or to < 0 else -1 - STEP_LIMIT
     return -1 - STEP_LIMIT  # not reached: only guards of the phase end it
 
@@ -166,7 +201,7 @@ def _way_out(s, w, lane, batch):
 @internal
 def _finish(s, w, sums, lane, outcome, batch, d):
     """Write the results of a stride that is over."""
-    index = int(s.index[0, lane])
+    index = int(s.number[0, lane])
     if outcome == WALKED and not math.isfinite(s.struck[4, lane] + s.struck[5, lane]):
         outcome = NOT_FINITE
     write_row(batch.results, index, s, w, sums, lane, outcome)
@@ -180,27 +215,38 @@ def _end_phases(s, w, sums, ended, queue, batch, d):
 
     Returns those that begin one, and how many strides have been begun.
     """
+    stopped = 0
+    for lane in range(LANES):
+        if ended >> lane & 1:
+            s.leads_to[0, lane] = _way_out(s, w, lane, batch)
+            stopped |= (1 << lane) if s.reset[0, lane] == STOP_RESET else 0
+    if ended & 1:
+        write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
     if d is not None:
         leave_phases(d, s, w, mask_of(ended))
-    _strike(s, w)
+    _impact(s, w)
     if d is not None:
         strike(d, s, w, mask_of(ended))
+        if stopped:
+            stop_phases(d, s, w, mask_of(stopped))
     begun, continued = 0, 0
     for lane in range(LANES):
         if not ended >> lane & 1:
             continue
-        to = _way_out(s, w, lane, batch)
-        if lane == 0:
-            write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
+        to = int(s.leads_to[0, lane])
         if to < 0:
             _finish(s, w, sums, lane, -1 - to, batch, d)
             queue = _next_stride(s, w, sums, lane, queue, batch, d)
-            begun |= (1 << lane) if s.index[0, lane] >= 0 else 0
+            begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
             continue
+        if stopped >> lane & 1:
+            sums.lost[0, lane] += s.lost[0, lane]
+            for i in range(DIMENSION):
+                w.y[i, lane] = s.struck[i, lane]
         enter(s, w, lane, to, batch)
         continued |= 1 << lane
-        if lane == 0:
-            write_log(batch, s.t[0, 0], state_of(w.y, 0), to)
+    if continued & 1:
+        write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
     if d is not None and continued:
         enter_phases(d, s, w, mask_of(continued))
     return begun | continued, queue
@@ -215,16 +261,19 @@ def _look_for_events(s, w, landed, good, suspected, linear):
             which it may have fallen; landed: lanes where touching the floor is a landing.
     """
     stepping = bits(load(s.target, 0) > 0.0) & good
-    doubtful = (suspected[0] | suspected[1] | suspected[2]) & good
+    switched, landed_on, stopped, released, fallen = suspected
+    doubtful = (switched | landed_on | stopped | released | fallen) & good
     taken, ended = good & ~stepping & ~doubtful, 0
     for lane in range(LANES):
         if not (stepping | doubtful) >> lane & 1:
             continue
         if doubtful >> lane & 1:
             guards = (
-                (suspected[0] >> lane & 1) << SWITCH_ANGLE
-                | (suspected[1] >> lane & 1) << LANDING
-                | (suspected[2] >> lane & 1) << FALL
+                (switched >> lane & 1) << SWITCH_ANGLE
+                | (landed_on >> lane & 1) << LANDING
+                | (stopped >> lane & 1) << STOP
+                | (released >> lane & 1) << RELEASE
+                | (fallen >> lane & 1) << FALL
             )
             guard, fraction = first_fall(s, w, lane, guards)
             if fraction < NOWHERE:
@@ -265,7 +314,7 @@ def _commit(s, w, mask, taken):
     for i in range(DIMENSION):
         blend(w.y, i, mask, load(w.y_new, i))
         blend(w.slopes, i, mask, load(w.slopes, DIMENSION * STAGES + i))
-    for guard in (SWITCH_ANGLE, LANDING, FALL):
+    for guard in range(1, GUARDS):
         blend(s.value, guard, mask, load(s.value_new, guard))
         blend(s.rate, guard, mask, load(s.rate_new, guard))
     blend(s.t, 0, mask, load(s.t, 0) + taken)
@@ -288,7 +337,8 @@ def _advance(s, w, sums, batch, d):
     store(s.refused, 0, where(error <= 1.0, 0.0 * error, 1.0))
     store(s.h, 0, where(stepping, load(s.h, 0), load(w.length, 0) * factor))
     y, y_new = load_state(w.y, 0), load_state(w.y_new, 0)
-    watch(s, load(w.locked, 0) > 0.0, y_new, c, mask_of(EVERY_LANE), s.value_new, s.rate_new)
+    locked, every = load(w.locked, 0) > 0.0, mask_of(EVERY_LANE)
+    watch(s, locked, y_new, acting(w), c, every, s.value_new, s.rate_new)
     store(s.correction, 0, 0.0 * unit)
     taken, ended = _look_for_events(
         s, w, landing_lanes(w, y_new, c), good, suspicions(s, load(w.length, 0), y, y_new),
@@ -314,9 +364,9 @@ def _run(s, w, sums, batch, d):
     queue, begun = 0, 0
     for lane in range(LANES):
         queue = _next_stride(s, w, sums, lane, queue, batch, d)
-        begun |= (1 << lane) if s.index[0, lane] >= 0 else 0
+        begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
     write_log(batch, 0.0, state_of(w.y, 0), 0)
-    for _ in range((MAX_STEPS + MAX_PHASES) * batch.count + 1):
+    for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
         while begun:  # each round ends a phase, of which a stride has at most MAX_PHASES
             ended = _begin_phases(s, w, sums, begun)
             begun = 0

@@ -52,7 +52,11 @@ class _TableType(types.Type):
         super().__init__(name="Table")
 
 
-Lanes, Plane, Mask, Table = _LanesType(), _PlaneType(), _MaskType(), _TableType()
+class Table:
+    """In annotations: rows of numbers in memory, `rows[i, j]` in kernels."""
+
+
+Lanes, Plane, Mask, TABLE = _LanesType(), _PlaneType(), _MaskType(), _TableType()
 
 
 @register_model(_LanesType)
@@ -352,7 +356,7 @@ class _TableModel(models.StructModel):
 
 
 def _table(context, builder, data, columns):
-    made = cgutils.create_struct_proxy(Table)(context, builder)
+    made = cgutils.create_struct_proxy(TABLE)(context, builder)
     made.data, made.columns = data, columns
     return made._getvalue()
 
@@ -373,7 +377,7 @@ def table(typing_context, array):
             columns = builder.extract_value(made.shape, 1)
         return _table(context, builder, made.data, columns)
 
-    return Table(array), code
+    return TABLE(array), code
 
 
 @intrinsic
@@ -387,11 +391,11 @@ def eights(typing_context, array):
         start = builder.and_(builder.add(address, room), builder.not_(room))
         return _table(context, builder, builder.inttoptr(start, data.type), ir.IntType(64)(LANES))
 
-    return Table(array), code
+    return TABLE(array), code
 
 
 def _entry(context, builder, kind, value, row, column):
-    made = cgutils.create_struct_proxy(Table)(context, builder, value=value)
+    made = cgutils.create_struct_proxy(TABLE)(context, builder, value=value)
     place = builder.add(builder.mul(row, made.columns), column)
     return builder.gep(made.data, [place])
 
@@ -401,17 +405,17 @@ def rows_from(typing_context, rows, first):
     """The same table from a later row on."""
 
     def code(context, builder, signature, args):
-        made = cgutils.create_struct_proxy(Table)(context, builder, value=args[0])
-        place = _entry(context, builder, Table, args[0], args[1], ir.IntType(64)(0))
+        made = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
+        place = _entry(context, builder, TABLE, args[0], args[1], ir.IntType(64)(0))
         return _table(context, builder, place, made.columns)
 
-    return Table(Table, types.intp), code
+    return TABLE(TABLE, types.intp), code
 
 
 @type_callable(operator.getitem)
 def _type_getitem(context):
     def typer(rows, place):
-        return types.float64 if rows == Table and isinstance(place, types.BaseTuple) else None
+        return types.float64 if rows == TABLE and isinstance(place, types.BaseTuple) else None
 
     return typer
 
@@ -419,7 +423,7 @@ def _type_getitem(context):
 @type_callable(operator.setitem)
 def _type_setitem(context):
     def typer(rows, place, value):
-        return types.none if rows == Table and isinstance(place, types.BaseTuple) else None
+        return types.none if rows == TABLE and isinstance(place, types.BaseTuple) else None
 
     return typer
 
@@ -429,22 +433,22 @@ def _place(context, builder, kind, value):
     return [context.cast(builder, v, t, types.intp) for v, t in zip(pair, kind.types, strict=True)]
 
 
-@lower_builtin(operator.getitem, Table, types.BaseTuple)
+@lower_builtin(operator.getitem, TABLE, types.BaseTuple)
 def _getitem(context, builder, signature, args):
     place = _place(context, builder, signature.args[1], args[1])
-    return builder.load(_entry(context, builder, Table, args[0], *place))
+    return builder.load(_entry(context, builder, TABLE, args[0], *place))
 
 
-@lower_builtin(operator.setitem, Table, types.BaseTuple, types.Any)
+@lower_builtin(operator.setitem, TABLE, types.BaseTuple, types.Any)
 def _setitem(context, builder, signature, args):
     place = _place(context, builder, signature.args[1], args[1])
     value = context.cast(builder, args[2], signature.args[2], types.float64)
-    builder.store(value, _entry(context, builder, Table, args[0], *place))
+    builder.store(value, _entry(context, builder, TABLE, args[0], *place))
     return context.get_dummy_value()
 
 
 def _eight(builder, context, rows, row):
-    data = cgutils.create_struct_proxy(Table)(context, builder, value=rows).data
+    data = cgutils.create_struct_proxy(TABLE)(context, builder, value=rows).data
     start = builder.mul(row, ir.IntType(64)(LANES))
     return builder.bitcast(builder.gep(data, [start]), _FLOATS.as_pointer())
 
@@ -456,7 +460,7 @@ def load(typing_context, rows, row):
     def code(context, builder, signature, args):
         return builder.load(_eight(builder, context, *args), align=_ALIGNMENT)
 
-    return Lanes(Table, types.intp), code
+    return Lanes(TABLE, types.intp), code
 
 
 @intrinsic
@@ -467,4 +471,4 @@ def store(typing_context, rows, row, value):
         builder.store(args[2], _eight(builder, context, *args[:2]), align=_ALIGNMENT)
         return context.get_dummy_value()
 
-    return types.void(Table, types.intp, Lanes), code
+    return types.void(TABLE, types.intp, Lanes), code

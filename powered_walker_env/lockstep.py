@@ -18,14 +18,14 @@ from powered_walker_env.physics.constants import lane_of, write_lane
 
 FALL = len(Guard)  # the guard against falls, watched in every phase beside its own
 GUARDS = FALL + 1
-LOCKED, NONE = int(Joints.ANKLE_LOCKED), int(Torque.NONE)
+LOCKED, NONE, MOTOR = int(Joints.ANKLE_LOCKED), int(Torque.NONE), int(Torque.MOTOR)
 IDLE = -1
 
 
 class Lockstep(NamedTuple):
     """The eight walkers' places in their strides: tables of lanes, of one row if not said."""
 
-    index: Table  # number of the stride in the batch, or IDLE
+    number: Table  # of the stride in the batch, or IDLE
     phase: Table  # number of the phase in the cycle
     phases: Table  # phases so far
     steps: Table  # steps so far
@@ -41,14 +41,19 @@ class Lockstep(NamedTuple):
     unit: Table  # s, √(L/g)
     gravity: Table  # m/s²
     switch_angle: Table  # rad
-    stall_torque: Table  # N m
+    strength: Table  # of the control: N m of a torque, N s of an impulse
     height: Table  # m, of the ground ahead
     first_phi: Table  # rad, φ as the stride began
     target: Table  # guard of the event that is being stepped onto, or 0
     scuffed: Table  # this step's touch of the floor was no landing
     correction: Table  # s, from the end of the step to the event
     powered: Table  # does a torque act
-    lost: Table  # J, in a heel strike
+    motor: Table  # does the ankle's motor draw current
+    leads_to: Table  # where the phase's end leads: a phase, or −1 − outcome
+    reset: Table  # the reset there
+    impulse: Table  # N s, of the push-off at the end of the phase
+    pushed: Table  # J, its work
+    lost: Table  # J, at the end of the phase
     travelled: Table  # m, of the contact point in the stride
     struck: Table  # 6 rows, state after a heel strike
     active: Table  # GUARDS rows, does the phase watch this guard
@@ -58,7 +63,7 @@ class Lockstep(NamedTuple):
     rate_new: Table  # GUARDS rows
 
 
-_SINGLE = 25
+_SINGLE = 30
 LOCKSTEP_ROWS = _SINGLE + 6 + 5 * GUARDS
 
 
@@ -73,6 +78,8 @@ def lockstep(rows):
         rows_from(rows, 13), rows_from(rows, 14), rows_from(rows, 15), rows_from(rows, 16),
         rows_from(rows, 17), rows_from(rows, 18), rows_from(rows, 19), rows_from(rows, 20),
         rows_from(rows, 21), rows_from(rows, 22), rows_from(rows, 23), rows_from(rows, 24),
+        rows_from(rows, 25), rows_from(rows, 26), rows_from(rows, 27), rows_from(rows, 28),
+        rows_from(rows, 29),
         rows_from(rows, _SINGLE), rows_from(rows, more), rows_from(rows, more + GUARDS),
         rows_from(rows, more + 2 * GUARDS), rows_from(rows, more + 3 * GUARDS),
         rows_from(rows, more + 4 * GUARDS),
@@ -82,7 +89,7 @@ def lockstep(rows):
 class Batch(NamedTuple):
     """The strides to walk, and where their results go."""
 
-    count: int  # N
+    strides: int  # N
     cycle: Table  # (phases, codes)
     states: Table  # (N, 4)
     controls: Table  # (N, 2)
@@ -119,12 +126,12 @@ def place(s, w, lane, index, batch, c):
     w.y[0, lane], w.y[1, lane] = states[index, 0] - c.lock, states[index, 0]
     w.y[2, lane], w.y[3, lane] = states[index, 1] + math.pi, states[index, 2]
     w.y[4, lane], w.y[5, lane] = states[index, 2], states[index, 3]
-    s.index[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
+    s.number[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
     s.busy[0, lane] = 1.0
     s.t[0, lane] = 0.0
     s.unit[0, lane], s.gravity[0, lane] = math.sqrt(c.L / gravity), gravity
     s.switch_angle[0, lane] = batch.controls[index, 0]
-    s.stall_torque[0, lane] = batch.controls[index, 1]
+    s.strength[0, lane] = batch.controls[index, 1]
     s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
     s.first_phi[0, lane] = w.y[0, lane]
 
@@ -132,7 +139,7 @@ def place(s, w, lane, index, batch, c):
 @internal
 def rest(s, lane):
     """Nothing is left to do for this lane."""
-    s.index[0, lane] = IDLE
+    s.number[0, lane] = IDLE
     s.busy[0, lane] = 0.0
     s.target[0, lane] = 0.0
 
@@ -142,9 +149,11 @@ def enter(s, w, lane, phase, batch):
     """Begin a phase of the cycle: joints, drive and guards; y is where it begins."""
     cycle, torque = batch.cycle, int(batch.cycle[phase, 1])
     w.locked[0, lane] = 1.0 if cycle[phase, 0] == LOCKED else 0.0
-    acting = drive(torque, s.stall_torque[0, lane], lane_of(w.constants, lane))
-    w.drive[0, lane], w.drive[1, lane], w.drive[2, lane] = acting
+    acting = drive(torque, s.strength[0, lane], lane_of(w.constants, lane))
+    w.drive[0, lane], w.drive[1, lane], w.drive[2, lane] = acting[0], acting[1], acting[2]
+    w.drive[3, lane], w.drive[4, lane] = acting[3], acting[4]
     s.powered[0, lane] = 1.0 if torque != NONE else 0.0
+    s.motor[0, lane] = 1.0 if torque == MOTOR else 0.0
     for guard in range(GUARDS):
         s.active[guard, lane] = 1.0 if guard == FALL else 0.0
     for exit in range(MAX_EXITS):

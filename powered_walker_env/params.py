@@ -17,7 +17,7 @@ CONSERVING = "conserving"  # the thesis's text: the physics to use
 AS_PUBLISHED = "as_published"  # the thesis's listing: reproduces its printed numbers
 
 
-def _real(name: str, value: Any) -> float:
+def real_number(name: str, value: Any) -> float:
     """`value` as a finite Python float (numba compiles a second kernel for an int)."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a real number, got {value!r}")
@@ -30,7 +30,7 @@ def _real(name: str, value: Any) -> float:
     return number
 
 
-def _require(holds: bool, name: str, need: str, value: object, remedy: str = "") -> None:
+def require(holds: bool, name: str, need: str, value: object, remedy: str = "") -> None:
     if not holds:
         raise ValueError(f"{name} must {need}, got {value!r}" + (f"; {remedy}" if remedy else ""))
 
@@ -63,38 +63,51 @@ class WalkerParams:
     slope: float = 0.0  # rad, downhill positive, |slope| < pi/2
     no_load_speed: float = 100.0  # rad/s, of the ankle motor, > 0
     hip_stiffness: float = 0.0  # N m/rad, of a spring between the legs, >= 0 (below)
+    torque_limit: float = 0.0  # N m, of the ankle motor, >= 0; 0 for none
     physics: str = CONSERVING  # "conserving" (the text) or "as_published" (the listing)
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             if field.name != "physics":
-                value = _real(field.name, getattr(self, field.name))
+                value = real_number(field.name, getattr(self, field.name))
                 object.__setattr__(self, field.name, value)
         for name in ("leg_length", "leg_mass", "gravity", "no_load_speed"):
-            _require(getattr(self, name) > 0, name, "be positive", getattr(self, name))
-        for name in ("foot_length", "foot_radius", "leg_inertia", "hip_stiffness"):
-            _require(getattr(self, name) >= 0, name, "not be negative", getattr(self, name))
+            require(getattr(self, name) > 0, name, "be positive", getattr(self, name))
+        for name in (
+            "foot_length",
+            "foot_radius",
+            "leg_inertia",
+            "hip_stiffness",
+            "torque_limit",
+        ):
+            require(getattr(self, name) >= 0, name, "not be negative", getattr(self, name))
         q2, slope = self.locked_ankle_angle, self.slope
-        _require(
+        require(
             -math.pi < q2 <= math.pi,
             "locked_ankle_angle",
             "lie in (-pi, pi]",
             q2,
             "angles are radians",
         )
-        _require(
+        require(
             abs(slope) < math.pi / 2,
             "slope",
             "lie in (-pi/2, pi/2)",
             slope,
             "radians, downhill positive",
         )
-        _require(
+        require(
             self.physics in (CONSERVING, AS_PUBLISHED),
             "physics",
             f"be {CONSERVING!r} or {AS_PUBLISHED!r}",
             self.physics,
         )
+
+    @property
+    def massless_foot(self) -> bool:
+        """Whether the whole mass is at the hip: the limit of a massless foot."""
+        at_hip = self.com_along == self.leg_length and self.com_across == 0
+        return at_hip and self.leg_inertia == 0
 
     def replace(self, **changes: Any) -> WalkerParams:
         """The same walker with some fields changed (and checked).
@@ -173,20 +186,20 @@ class WalkerParams:
         Raises:
             ValueError: a negative mass or inertia, or no mass at all.
         """
-        length = _real("leg_length", leg_length)
+        length = real_number("leg_length", leg_length)
         parts = {"hip_mass": hip_mass, "frame_mass": frame_mass, "foot_mass": foot_mass}
-        masses = {name: _real(name, value) for name, value in parts.items()}
+        masses = {name: real_number(name, value) for name, value in parts.items()}
         for name, value in masses.items():
-            _require(value >= 0, name, "not be negative", value)
+            require(value >= 0, name, "not be negative", value)
         hip, frame, foot = masses.values()
         mass = hip + frame + foot
-        _require(mass > 0, "hip_mass + frame_mass + foot_mass", "be positive", mass)
+        require(mass > 0, "hip_mass + frame_mass + foot_mass", "be positive", mass)
         middle = 0.5 * length if frame_com_along is None else frame_com_along
-        frame_along = _real("frame_com_along", middle)
-        frame_across = _real("frame_com_across", frame_com_across)
+        frame_along = real_number("frame_com_along", middle)
+        frame_across = real_number("frame_com_across", frame_com_across)
         rod = frame * length**2 / 12 if frame_inertia is None else frame_inertia
-        spin = _real("frame_inertia", rod)
-        _require(spin >= 0, "frame_inertia", "not be negative", spin)
+        spin = real_number("frame_inertia", rod)
+        require(spin >= 0, "frame_inertia", "not be negative", spin)
         along = (hip * length + frame * frame_along) / mass
         across = frame * frame_across / mass
         inertia = (
@@ -218,16 +231,16 @@ class Control:
     stall_torque: float  # N m, torque of the motor at rest, >= 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "switch_angle", _real("switch_angle", self.switch_angle))
-        object.__setattr__(self, "stall_torque", _real("stall_torque", self.stall_torque))
-        _require(
+        object.__setattr__(self, "switch_angle", real_number("switch_angle", self.switch_angle))
+        object.__setattr__(self, "stall_torque", real_number("stall_torque", self.stall_torque))
+        require(
             0 < self.switch_angle < 2 * math.pi,
             "switch_angle",
             "lie in (0, 2*pi)",
             self.switch_angle,
             "angles are radians",
         )
-        _require(self.stall_torque >= 0, "stall_torque", "not be negative", self.stall_torque)
+        require(self.stall_torque >= 0, "stall_torque", "not be negative", self.stall_torque)
 
 
 class PostStrikeState(NamedTuple):
@@ -253,39 +266,17 @@ def check_state(state: Any) -> PostStrikeState:
         values = tuple(state)
     except TypeError:
         values = ()
-    _require(
+    require(
         len(values) == 4,
         "state",
         "be four numbers (stance_angle, swing_angle, stance_rate, swing_rate)",
         state,
     )
     named = zip(PostStrikeState._fields, values, strict=True)
-    checked = (_real(f"state.{n}", _plain(v)) for n, v in named)
+    checked = (real_number(f"state.{n}", _plain(v)) for n, v in named)
     return PostStrikeState(*checked)
 
 
 def _plain(value: Any) -> Any:
     """A numpy scalar as the Python number it holds."""
     return value.item() if getattr(value, "ndim", None) == 0 else value
-
-
-def check_walkable(params: WalkerParams, control: Control | None) -> None:
-    """Reject a walker whose foot cannot take a motor's torque.
-
-    Raises:
-        ValueError: a powered walker with D = R = 0, whose foot has no lever on the floor.
-        TypeError: an argument of the wrong type.
-    """
-    if not isinstance(params, WalkerParams):
-        raise TypeError(f"params must be a WalkerParams, got {params!r}")
-    if control is None:
-        return
-    if not isinstance(control, Control):
-        raise TypeError(f"control must be a Control, or None for a passive walker, got {control!r}")
-    _require(
-        params.foot_length > 0 or params.foot_radius > 0,
-        "foot_length",
-        "be positive for a powered walker with foot_radius = 0",
-        params.foot_length,
-        "pass control=None for a passive walker",
-    )

@@ -1,11 +1,11 @@
-"""The walkers as lists of phases: read this first.
+"""A walker's stride as a list of phases: read this first, then `schemes/motor.py`.
 
 A stride runs from just after one heel strike to just after the next (Camp 1997,
 section 3). It is a list of phases; each says which joints are free, which torque
 acts, and how it can end: a guard (an event), the reset applied there, and what
 follows (another phase by name, or the outcome of the stride). A different walker is
-another list here, not another simulator: the compiled kernel (`kernel.py`) takes the
-encoded list as an argument.
+another list (`schemes/` has one in each module), not another simulator: the compiled
+kernel (`kernel.py`) takes the encoded list as an argument.
 
 "Stride" means one step of one leg, as in McGeer and Camp; in biomechanics a stride
 is two steps.
@@ -29,18 +29,21 @@ class Joints(IntEnum):
 
 
 class Torque(IntEnum):
-    """Which torque acts at the stance ankle."""
+    """Which torque acts."""
 
     NONE = 0
-    MOTOR = 1
+    MOTOR = 1  # at the stance ankle, on its torque–speed line
+    HIP = 2  # between the legs, constant
 
 
 class Guard(IntEnum):
     """The event that ends a phase (`physics/ground.py`); falls are watched in every phase."""
 
     NEVER = 0
-    SWITCH_ANGLE = 1
-    LANDING = 2
+    SWITCH_ANGLE = 1  # the hip angle falls to the control's
+    LANDING = 2  # the swing foot meets the ground ahead
+    STOP = 3  # the ankle flexes back to its stop
+    RELEASE = 4  # the stop has nothing to hold any more
 
 
 class Reset(IntEnum):
@@ -48,6 +51,10 @@ class Reset(IntEnum):
 
     CONTINUE = 0
     HEEL_STRIKE = 1
+    PUSH_BEFORE = 2  # an impulse along the trailing leg, then the heel strike
+    PUSH_WITH = 3  # both at once
+    PUSH_AFTER = 4  # the heel strike, then the impulse
+    STOP = 5  # the ankle is caught by its stop
 
 
 class Outcome(IntEnum):
@@ -115,35 +122,6 @@ class Phase(NamedTuple):
 
 
 Cycle = tuple[Phase, ...]
-
-#: Camp's walker: a passive swing, then a constant voltage extends the stance foot.
-POWERED_WALKER: Cycle = (
-    Phase(
-        "swing",
-        Joints.ANKLE_LOCKED,
-        Torque.NONE,
-        (
-            Exit(Guard.SWITCH_ANGLE, Reset.CONTINUE, "powered"),
-            Exit(Guard.LANDING, Reset.CONTINUE, Outcome.NO_SWITCH),
-        ),
-    ),
-    Phase(
-        "powered",
-        Joints.ANKLE_FREE,
-        Torque.MOTOR,
-        (Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED),),
-    ),
-)
-
-#: McGeer's walker: the foot stays locked for the whole stride; a slope powers it.
-PASSIVE_WALKER: Cycle = (
-    Phase(
-        "swing",
-        Joints.ANKLE_LOCKED,
-        Torque.NONE,
-        (Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED),),
-    ),
-)
 
 MAX_EXITS = 2  # exits of one phase; the encoding pads shorter lists with Guard.NEVER
 

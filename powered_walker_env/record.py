@@ -16,16 +16,17 @@ from powered_walker_env.integrator import (
 from powered_walker_env.lanes import Table, bits, load, rows_from, where
 from powered_walker_env.lockstep import blend
 from powered_walker_env.phases import Outcome
-from powered_walker_env.physics.actuation import ankle_power, flow
-from powered_walker_env.physics.constants import lanes_of
+from powered_walker_env.physics.actuation import ankle_torque, flow, power
+from powered_walker_env.physics.constants import NO_LOAD_SPEED, lanes_of
 from powered_walker_env.physics.ground import clearance, clearance_acceleration, swing_foot
 from powered_walker_env.physics.swing import energy
 
 # Columns of a row of results.
 STATE = slice(0, 4)  # post-strike state (α, s, α', β'); NaN unless the walker walked
 FINAL = slice(4, 10)  # φ, α, β and rates at the end, before any heel strike
-DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE, OUTCOME = range(10, 17)
-RESULTS = 17
+DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE = range(10, 16)
+ELECTRICAL_ENERGY, OUTCOME = 16, 17
+RESULTS = 18
 WALKED = int(Outcome.WALKED)
 
 # Columns of a row of the log: time, φ, α, β and rates, phase.
@@ -38,15 +39,18 @@ class Totals(NamedTuple):
     """Sums over the strides of eight walkers, and what the next step adds to them; a row each."""
 
     energy: Table  # J, where the step begins
-    power: Table  # W, of the ankle torque
+    power: Table  # W, of the torques
+    torque: Table  # N m, of the ankle's motor
     height: Table  # m, of the swing foot above flat ground
     descent: Table  # m/s, its rate
     energy_in: Table  # J
     positive_work: Table  # J
+    impulse: Table  # N m s, of the motor's torque
+    lost: Table  # J, in the impacts before the last
     lowest: Table  # m, of the swing foot since the legs passed
 
 
-TOTALS_ROWS = 7
+TOTALS_ROWS = 10
 
 
 @internal
@@ -54,7 +58,8 @@ def totals(rows):
     """Those in the first TOTALS_ROWS of a table of lanes."""
     return Totals(
         rows, rows_from(rows, 1), rows_from(rows, 2), rows_from(rows, 3), rows_from(rows, 4),
-        rows_from(rows, 5), rows_from(rows, 6),
+        rows_from(rows, 5), rows_from(rows, 6), rows_from(rows, 7), rows_from(rows, 8),
+        rows_from(rows, 9),
     )  # fmt: skip
 
 
@@ -62,6 +67,7 @@ def totals(rows):
 def clear(sums, lane):
     """Nothing has been added up for this lane's stride."""
     sums.energy_in[0, lane], sums.positive_work[0, lane] = 0.0, 0.0
+    sums.impulse[0, lane], sums.lost[0, lane] = 0.0, 0.0
     sums.lowest[0, lane] = math.inf
 
 
@@ -70,7 +76,8 @@ def look(sums, mask, y, drive, c):
     """Take energy, power and clearance at y as those where the step begins."""
     height, descent = clearance(y, c)
     blend(sums.energy, 0, mask, energy(y[0], y[1], y[2], y[3], y[4], y[5], c))
-    blend(sums.power, 0, mask, ankle_power(y, drive))
+    blend(sums.power, 0, mask, power(y, drive, c))
+    blend(sums.torque, 0, mask, ankle_torque(y, drive, c))
     blend(sums.height, 0, mask, height)
     blend(sums.descent, 0, mask, descent)
 
@@ -112,14 +119,18 @@ def add_step(sums, s, w, mask, taken):
         taken: s, the length of the step, its correction included.
     """
     y_new, drive, c = load_state(w.y_new, 0), acting(w), lanes_of(w.constants)
-    before, power = load(sums.energy, 0), load(sums.power, 0)
+    before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)
     height, descent = load(sums.height, 0), load(sums.descent, 0)
     look(sums, mask, y_new, drive, c)
     after = load(sums.energy, 0)
     powered = mask & (load(s.powered, 0) > 0.0)
-    gain = _gain(before, power * taken, after, load(sums.power, 0) * taken)
+    gain = _gain(before, rising * taken, after, load(sums.power, 0) * taken)
     blend(sums.energy_in, 0, powered, load(sums.energy_in, 0) + (after - before))
     blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
+    if bits(load(s.motor, 0) > 0.0):
+        given = _torque_impulse(w, drive, y_new, torque, load(sums.torque, 0), taken, c)
+        motor = mask & (load(s.motor, 0) > 0.0)
+        blend(sums.impulse, 0, motor, load(sums.impulse, 0) + given)
     ahead = mask & (y_new[1] > y_new[2] - math.pi)
     low = load(sums.height, 0)
     where_low, _ = cubic_minimum(height, descent * taken, low, load(sums.descent, 0) * taken)
@@ -132,6 +143,15 @@ def add_step(sums, s, w, mask, taken):
     low = low - load(s.height, 0)
     lowest = load(sums.lowest, 0)
     blend(sums.lowest, 0, ahead & (low < lowest), low)
+
+
+@internal
+def _torque_impulse(w, drive, y_new, torque, torque_end, taken, c):
+    """∫τ dt of the motor over the step, N m s: its line exactly, its limit as the mean."""
+    turned = (y_new[1] - y_new[0]) - (load(w.y, 1) - load(w.y, 0))
+    line = drive.strength * (taken + drive.slope * turned)
+    bounded = (abs(torque) >= c.torque_limit) | (abs(torque_end) >= c.torque_limit)
+    return where(bounded, 0.5 * (torque + torque_end) * taken, line)
 
 
 @internal
@@ -169,9 +189,11 @@ def write_row(results, row, s, w, sums, lane, outcome):
     results[row, 3] = s.struck[5, lane] if walked else math.nan
     results[row, DURATION] = s.t[0, lane]
     results[row, STEP_LENGTH] = s.travelled[0, lane] if walked else 0.0
-    results[row, ENERGY_IN] = sums.energy_in[0, lane]
-    results[row, POSITIVE_WORK] = sums.positive_work[0, lane]
-    results[row, ENERGY_LOST] = s.lost[0, lane] if walked else 0.0
+    pushed = s.pushed[0, lane] if walked else 0.0
+    results[row, ENERGY_IN] = sums.energy_in[0, lane] + pushed
+    results[row, POSITIVE_WORK] = sums.positive_work[0, lane] + max(0.0, pushed)
+    results[row, ENERGY_LOST] = sums.lost[0, lane] + (s.lost[0, lane] if walked else 0.0)
+    results[row, ELECTRICAL_ENERGY] = sums.impulse[0, lane] * w.constants[NO_LOAD_SPEED, lane]
     low = sums.lowest[0, lane]
     results[row, MIN_CLEARANCE] = low if low < math.inf else math.nan
     results[row, OUTCOME] = outcome

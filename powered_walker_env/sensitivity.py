@@ -25,20 +25,23 @@ from powered_walker_env.integrator import (
     store_state,
     weighted,
 )
-from powered_walker_env.lanes import Table, load, rows_from, where
-from powered_walker_env.lockstep import blend
-from powered_walker_env.phases import Guard
+from powered_walker_env.lanes import Table, bits, load, rows_from, where
+from powered_walker_env.lockstep import FALL, blend
+from powered_walker_env.phases import Guard, Reset
 from powered_walker_env.physics.actuation import flow
 from powered_walker_env.physics.constants import lanes_of
 from powered_walker_env.physics.ground import clearance
 from powered_walker_env.physics.heel_strike import momentum_matrix, new_contact, swapped
-from powered_walker_env.physics.swing import direction, mass_matrix, solve, vectors
+from powered_walker_env.physics.stop import stance_matrix
+from powered_walker_env.physics.swing import direction, mass_matrix, vectors
 from powered_walker_env.physics.tangents import (
-    ankle_torque_tangent,
-    bias_tangent,
-    hip_torque_tangent,
+    flow_tangent,
+    holding_torque_rate,
+    holding_torque_tangent,
     mass_matrix_tangent,
     momenta_before_tangent,
+    push_moments_tangent,
+    stance_momenta_tangent,
     swing_foot_tangent,
     unpack_direction,
     vectors_tangent,
@@ -46,8 +49,9 @@ from powered_walker_env.physics.tangents import (
 
 OUTPUTS = 6  # what a stride is differentiated of: α, s, α', β' after it, duration, step length
 SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
+STOP, HEEL_STRIKE = int(Guard.STOP), int(Reset.HEEL_STRIKE)
 _FIRST, _STAGE, _WEIGHT = ADVANCES
-_SWITCH, _TORQUE, _PARAMS = 4, 5, 6  # columns of a direction: state, control, packed walker
+_SWITCH, _STRENGTH, _PARAMS = 4, 5, 6  # columns of a direction: state, control, packed walker
 
 
 class Directions(NamedTuple):
@@ -110,30 +114,9 @@ def _walker(d, k, s, unfold, c):
     change = (
         d.changes[k, 6], d.changes[k, 7], d.changes[k, 8], d.changes[k, 9], d.changes[k, 10],
         d.changes[k, 11], d.changes[k, 12], d.changes[k, 13], d.changes[k, 14], d.changes[k, 15],
-        d.changes[k, 16], d.changes[k, 17],
+        d.changes[k, 16], d.changes[k, 17], d.changes[k, 18],
     )  # fmt: skip
     return unpack_direction(load(s.gravity, 0), unfold, change, c)
-
-
-@internal
-def _flow_tangent(locked, y, slope, at, matrix, t, drive, change, c, dc):
-    """(∂f/∂y) t + ∂f/∂p: from M q'' + bias = force, M δq'' = δforce − δbias − δM q''.
-
-    Args:
-        y, slope: a state and its derivative; at, matrix: its vectors and mass matrix.
-        t, change: the direction's state and stall torque; dc: its walker.
-    """
-    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], dc)
-    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, dc)
-    b1, b2, b3 = bias_tangent(at, moved, y, t, c, dc)
-    tau = ankle_torque_tangent(y, t, drive, change, c, dc)
-    hip = hip_torque_tangent(y, t, c, dc)
-    q1, q2, q3 = slope[3], slope[4], slope[5]
-    f1 = tau - b1 - d11 * q1 - d12 * q2 - c.reaction * d13 * q3
-    f2 = -tau - c.reaction * hip - b2 - d12 * q1 - d22 * q2 - c.reaction * d23 * q3
-    f3 = hip - b3 - d13 * q1 - d23 * q2 - d33 * q3
-    ddphi, ddalpha, ddbeta = solve(locked, matrix, f1, f2, f3, c)
-    return t[3], t[4], t[5], ddphi, ddalpha, ddbeta
 
 
 @internal
@@ -159,8 +142,8 @@ def propagate(d, s, w, mask):
             if stage > 0:
                 t = plus(t, h, weighted(_FIRST, _STAGE, _WEIGHT, stage - 1, slopes))
             dc = _walker(d, k, s, unfold, c)
-            change = d.changes[k, _TORQUE]
-            out = _flow_tangent(locked, y, slope, at, matrix, t, drive, change, c, dc)
+            change = d.changes[k, _STRENGTH]
+            out = flow_tangent(locked, y, slope, at, matrix, t, drive, change, c, dc)
             if stage == 0:
                 _blend_state(slopes, 0, mask & fresh, out)
             else:
@@ -171,31 +154,73 @@ def propagate(d, s, w, mask):
 
 
 @internal
-def _event_shift(s, y, S, rate, switch_change, c, dc):
-    """How much the event's time moves along a direction: dt = −(∇g·S + ∂g/∂p)/ġ.
+def _guard_tangent(guard, y, before, S, drive, switch_change, strength_change, c, dc):
+    """∇g·S + ∂g/∂p of one guard."""
+    if guard == SWITCH_ANGLE:
+        return S[2] - S[1] - switch_change
+    if guard == LANDING:
+        return swing_foot_tangent(y, S, c, dc).real
+    if guard == STOP:
+        return dc.lock - (S[1] - S[0])
+    return holding_torque_tangent(y, before, S, drive, strength_change, c, dc)
 
-    An event that is there already at the start of its phase does not move.
-    """
-    target = where(load(s.elapsed, 0) > 0.0, load(s.target, 0), 0.0)
-    switching = -(S[2] - S[1] - switch_change) / (y[5] - y[4])
-    landing = -swing_foot_tangent(y, S, c, dc).real / rate
-    dt = where(target == SWITCH_ANGLE, switching, 0.0)
-    return where(target == LANDING, landing, dt)
+
+@internal
+def _guard_rate(guard, y, before, drive, c):
+    """ġ in the phase that ends."""
+    if guard == SWITCH_ANGLE:
+        return y[5] - y[4]
+    if guard == LANDING:
+        return clearance(y, c)[1]
+    if guard == STOP:
+        return y[3] - y[4]
+    return holding_torque_rate(y, before, drive, c)
 
 
 @internal
 def leave_phases(d, s, w, mask):
-    """Move S to the events, which move too: S + f⁻ dt, where the mask holds."""
-    c, y = lanes_of(w.constants), load_state(w.y, 0)
-    before = flow(load(w.locked, 0) > 0.0, y, acting(w), c)
-    _, rate = clearance(y, c)
+    """Move S to the events, which move too: S + f⁻ dt with dt = −(∇g·S + ∂g/∂p)/ġ.
+
+    An event that is there already at the start of its phase does not move.
+    """
+    c, y, drive = lanes_of(w.constants), load_state(w.y, 0), acting(w)
+    before = flow(load(w.locked, 0) > 0.0, y, drive, c)
+    target = where(mask & (load(s.elapsed, 0) > 0.0), load(s.target, 0), 0.0)
     unfold = direction(-c.lock)
     for k in range(d.n):
         S = load_state(d.S, DIMENSION * k)
         dc = _walker(d, k, s, unfold, c)
-        dt = _event_shift(s, y, S, rate, d.changes[k, _SWITCH], c, dc)
+        switch, strength = d.changes[k, _SWITCH], d.changes[k, _STRENGTH]
+        dt = 0.0 * target
+        for guard in range(1, FALL):
+            if bits(target == guard):
+                change = _guard_tangent(guard, y, before, S, drive, switch, strength, c, dc)
+                moved = -change / _guard_rate(guard, y, before, drive, c)
+                dt = where(target == guard, moved, dt)
         blend(d.shift, k, mask, dt)
         _blend_state(d.S, DIMENSION * k, mask, plus(S, dt, before))
+
+
+@internal
+def stop_phases(d, s, w, mask):
+    """S through the impact at the ankle's stop, y being just before it."""
+    c, y, struck = lanes_of(w.constants), load_state(w.y, 0), load_state(s.struck, 0)
+    at = vectors(y[0], y[1], y[2], c)
+    matrix = mass_matrix(at[0], at[1], at[2], at[3], c)
+    a11, a12, a21, a22 = stance_matrix(y[0], y[1], y[2], c)
+    determinant = a11 * a22 - a12 * a21
+    unfold = direction(-c.lock)
+    for k in range(d.n):
+        S = load_state(d.S, DIMENSION * k)
+        dc = _walker(d, k, s, unfold, c)
+        moved = vectors_tangent(y, S, at[0], at[1], at[2], at[3], dc)
+        stance, swing = stance_momenta_tangent(y, S, at, moved, matrix, c, dc)
+        d11, d12, d21, d22 = _momentum_matrix_tangent((y[0], y[1], y[2]), S, c, dc)
+        f1 = stance - (d11 - c.reaction * d21) * struck[4] - (d12 - c.reaction * d22) * struck[5]
+        f2 = swing - d21 * struck[4] - d22 * struck[5]
+        dalpha = (f1 * a22 - a12 * f2) / determinant
+        dbeta = (a11 * f2 - a21 * f1) / determinant
+        _blend_state(d.S, DIMENSION * k, mask, (S[0], S[1], S[2], dalpha, dalpha, dbeta))
 
 
 @internal
@@ -238,6 +263,7 @@ def strike(d, s, w, mask):
     determinant = a11 * a22 - a12 * a21
     unfold = direction(-c.lock)
     rolled = y[0] - load(s.first_phi, 0)
+    pushing = load(s.reset, 0) > HEEL_STRIKE
     for k in range(d.n):
         S = load_state(d.S, DIMENSION * k)
         dc = _walker(d, k, s, unfold, c)
@@ -245,8 +271,12 @@ def strike(d, s, w, mask):
         walker, trailing = momenta_before_tangent(y, S, at, moved, contact, c, dc)
         turn = _either(c.as_published, (S[0], S[1], S[2]), (S[2] - dc.lock, S[2], S[1]))
         d11, d12, d21, d22 = _momentum_matrix_tangent(place, turn, c, dc)
-        f1 = walker - d11 * struck[4] - d12 * struck[5]
-        f2 = trailing - d21 * struck[4] - d22 * struck[5]
+        push, dpush = load(s.impulse, 0), where(pushing, d.changes[k, _STRENGTH], 0.0)
+        about_contact, about_hip = push_moments_tangent(
+            y, S, at, moved, contact, push, dpush, c, dc
+        )
+        f1 = walker + about_contact - d11 * struck[4] - d12 * struck[5]
+        f2 = trailing + about_hip - d21 * struck[4] - d22 * struck[5]
         started = d.changes[k, 0] - d.changes[k, _PARAMS + 3]
         foot = swing_foot_tangent(y, S, c, dc).imag
         out = rows_from(d.out, OUTPUTS * k)

@@ -12,18 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env import kernel, record
 from powered_walker_env.params import (
-    Control,
     PostStrikeState,
     WalkerParams,
     check_state,
-    check_walkable,
 )
-from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
+from powered_walker_env.phases import Cycle, Outcome, encode
 from powered_walker_env.physics.constants import pack
+from powered_walker_env.schemes import (
+    PASSIVE,
+    AnyControl,
+    Scheme,
+    check_walkable,
+    scheme,
+    scheme_of,
+)
 from powered_walker_env.threads import run_in_slices
 
 TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
-PASSIVE_CONTROL = (math.pi, 0.0)  # never looked at: a passive walker has no switch
 
 Array = NDArray[np.float64]
 NO_LOG = np.empty((0, record.LOG_COLUMNS))
@@ -45,11 +50,12 @@ class Stride:
     outcome: Outcome
     duration: float  # s
     step_length: float  # m, travel of the contact point (rolling included); 0 after a fall
-    energy_in: float  # J, net work of the motor
-    positive_work: float  # J, its positive part: what the motor's battery gives
-    energy_lost: float  # J, at the heel strike
+    energy_in: float  # J, net work of motor, hip or push
+    positive_work: float  # J, its positive part
+    energy_lost: float  # J, at the heel strike and at the ankle's stop
     min_clearance: float  # m, lowest of the swing foot once the legs have passed, its ground
     # at 0: 0 is a clean step, less is scuffing; NaN if they did not pass
+    electrical_energy: float  # J, voltage times current of the ankle motor: ω_noload ∫τ dt
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +115,15 @@ class StrideBatch:
         """(N,) m."""
         return self.results[:, record.MIN_CLEARANCE]
 
+    @property
+    def electrical_energy(self) -> Array:
+        """(N,) J."""
+        return self.results[:, record.ELECTRICAL_ENERGY]
+
 
 def stride(
     state: PostStrikeState | Sequence[float],
-    control: Control | None,
+    control: AnyControl | None,
     params: WalkerParams,
     *,
     step_height: float = 0.0,
@@ -122,8 +133,8 @@ def stride(
 
     Args:
         state: post-strike state (α, s, α', β'), rad and rad/s.
-        control: switch angle and stall torque; None for a passive walker, whose foot
-            stays locked.
+        control: switch angle and stall torque, or the control of another scheme
+            (`schemes/`); None for a passive walker, whose foot stays locked.
         params: the walker.
         step_height: m, height of the ground ahead over the ground under the stance foot.
         rtol: accuracy asked of the post-strike state, 1e-13 to 1e-3.
@@ -137,11 +148,11 @@ def stride(
     """
     checked = check_state(state)
     check_walkable(params, control)
-    angles = PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
+    powered = scheme_of(control)
     results, outcomes = _run(
-        cycle_of(control),
+        powered.cycle,
         np.array([checked]),
-        np.array([angles]),
+        np.array([powered.row(control)]),
         pack(params)[np.newaxis],
         _heights(step_height, 1),
         check_rtol(rtol),
@@ -156,21 +167,23 @@ def stride_batch(
     *,
     step_height: ArrayLike = 0.0,
     rtol: float = 1e-9,
+    scheme: str = "motor",
 ) -> StrideBatch:
     """N strides at once, on all cores; each bit-equal to the same call of `stride`.
 
     Args:
         states: (N, 4) post-strike states, rad and rad/s.
-        controls: (N, 2) or (2,) switch angles (rad) and stall torques (N m); None for
-            passive walkers.
+        controls: (N, k) or (k,) numbers of the scheme's control, for the motor k = 2
+            switch angles (rad) and stall torques (N m); None for passive walkers.
         params: one walker, or N of them.
         step_height: m, one height or N of them.
         rtol: as in `stride`.
+        scheme: what powers the walkers, by name (`SCHEMES`).
 
     Raises:
         ValueError: wrong shapes, or a value out of its domain, naming the row.
     """
-    cycle, start, angles, rows = check_batch(states, controls, params)
+    cycle, start, angles, rows = check_batch(states, controls, params, scheme)
     heights = _heights(step_height, len(start))
     return run_batch(cycle, start, angles, rows, heights, check_rtol(rtol))
 
@@ -179,6 +192,7 @@ def check_batch(
     states: ArrayLike,
     controls: ArrayLike | None,
     params: WalkerParams | Sequence[WalkerParams],
+    powered_by: str = "motor",
 ) -> tuple[Cycle, Array, Array, Array]:
     """Cycle, states (N, 4), controls (N, 2) and packed walkers (N or 1) of `stride_batch`.
 
@@ -190,11 +204,12 @@ def check_batch(
     walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
     if len(walkers) not in (1, count):
         raise ValueError(f"params must be one walker or {count}, got {len(walkers)}")
-    some_control = None if controls is None else Control(1.0, 0.0)
+    powered = PASSIVE if controls is None else scheme(powered_by)
+    some_control = powered.control_of((1.0, 0.0))
     for walker in walkers:
         check_walkable(walker, some_control)
     rows = np.array([pack(walker) for walker in walkers])
-    return cycle_of(some_control), start, _controls(controls, count), rows
+    return powered.cycle, start, _controls(controls, powered, count), rows
 
 
 def run_batch(
@@ -208,11 +223,6 @@ def run_batch(
 def relative(absolute: Array) -> Array:
     """Relative angles (or rates) from absolute ones: (φ, α, β) to (q1, q2, q3), (..., 3)."""
     return np.concatenate([absolute[..., :1], np.diff(absolute, axis=-1)], axis=-1)
-
-
-def cycle_of(control: Control | None) -> Cycle:
-    """The phases that a control means."""
-    return PASSIVE_WALKER if control is None else POWERED_WALKER
 
 
 def check_rtol(rtol: float) -> float:
@@ -283,21 +293,26 @@ def _require_rows(good: NDArray[np.bool_], name: str, need: str, values: Array) 
         raise ValueError(f"{name} must {need}, got {values[row].tolist()} in row {row}")
 
 
-def _controls(controls: ArrayLike | None, count: int) -> Array:
+def _controls(controls: ArrayLike | None, powered: Scheme, count: int) -> Array:
+    """(N, 2) the kernel's rows of the controls."""
+    wanted = len(powered.columns)
     if controls is None:
-        return np.tile(PASSIVE_CONTROL, (count, 1))
+        return powered.rows(np.empty((count, 0)))
     values = np.asarray(controls, dtype=np.float64)
     if values.ndim == 1:
         values = np.tile(values, (count, 1))
-    values = _matrix("controls", values, 2)
+    values = _matrix("controls", values, wanted)
     if len(values) != count:
         raise ValueError(
             f"controls must have one row for each of {count} states, got {len(values)}"
         )
-    inside = (values[:, 0] > 0) & (values[:, 0] < 2 * math.pi)
+    rows = powered.rows(values)
+    inside = (rows[:, 0] > 0) & (rows[:, 0] < 2 * math.pi)
     _require_rows(inside, "controls", "have switch angles in (0, 2*pi)", values)
-    _require_rows(values[:, 1] >= 0, "controls", "have stall torques that are not negative", values)
-    return values
+    if powered.positive:
+        need = f"have {powered.numbers[-1].replace('_', ' ')}s that are not negative"
+        _require_rows(rows[:, 1] >= 0, "controls", need, values)
+    return rows
 
 
 def _heights(step_height: ArrayLike, count: int) -> Array:

@@ -12,23 +12,16 @@ from numpy.typing import NDArray
 
 from powered_walker_env import kernel, record
 from powered_walker_env.params import (
-    Control,
     PostStrikeState,
     WalkerParams,
     check_state,
-    check_walkable,
 )
 from powered_walker_env.phases import Outcome, Phase, encode
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.stride import (
-    PASSIVE_CONTROL,
-    Array,
-    check_rtol,
-    cycle_of,
-    relative,
-)
+from powered_walker_env.schemes import AnyControl, check_walkable, scheme_of
+from powered_walker_env.stride import Array, check_rtol, relative
 
-Policy = Callable[[PostStrikeState], Control]
+Policy = Callable[[PostStrikeState], AnyControl]
 EVENT_ROWS = 4 * kernel.MAX_PHASES  # rows that the events of a stride can need
 
 
@@ -74,7 +67,7 @@ class LoggedStride(NamedTuple):
 
 def log_stride(
     state: Sequence[float],
-    control: Control | None,
+    control: AnyControl | None,
     params: WalkerParams,
     step_height: float,
     rtol: float,
@@ -85,11 +78,11 @@ def log_stride(
     samples = 0 if interval == 0 else math.ceil(longest / interval)
     log = np.empty((EVENT_ROWS + samples, record.LOG_COLUMNS))
     results = np.empty((1, record.RESULTS))
-    angles = PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
+    powered = scheme_of(control)
     logged = kernel.run_strides(
-        encode(cycle_of(control)),
+        encode(powered.cycle),
         np.array([state], dtype=np.float64),
-        np.array([angles]),
+        np.array([powered.row(control)]),
         pack(params)[np.newaxis],
         np.array([step_height], dtype=np.float64),
         rtol,
@@ -104,7 +97,7 @@ def log_stride(
 
 def walk(
     state: PostStrikeState | Sequence[float],
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     params: WalkerParams,
     strides: int,
     *,
@@ -142,7 +135,7 @@ def walk(
         chosen = control(checked) if callable(control) else control
         check_walkable(params, chosen)
         logged = log_stride(checked, chosen, params, float(height), rtol, sample_interval)
-        builder.add(logged, cycle_of(chosen), float(height))
+        builder.add(logged, scheme_of(chosen).cycle, float(height))
         if logged.outcome != Outcome.WALKED:
             break
         checked = PostStrikeState(*logged.result[record.STATE].tolist())

@@ -9,9 +9,10 @@ import numpy as np
 
 from powered_walker_env.envs.disturbances import Disturbance, disturbance_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.params import Control, WalkerParams, check_state, check_walkable
+from powered_walker_env.params import Control, WalkerParams, check_state
 from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
 from powered_walker_env.presets import PRESETS, preset
+from powered_walker_env.schemes import check_walkable
 from powered_walker_env.stride import Array
 
 #: Action ranges: rad of switch angle, and fraction of the stall torque.

@@ -9,9 +9,9 @@ from powered_walker_env.animation import Window
 from powered_walker_env.drawing import Frame
 from powered_walker_env.envs.walkers import Walkers
 from powered_walker_env.params import Control, PostStrikeState
-from powered_walker_env.phases import POWERED_WALKER
 from powered_walker_env.physics.constants import params_of
 from powered_walker_env.rendering import Renderer
+from powered_walker_env.schemes import POWERED_WALKER
 from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
 
 

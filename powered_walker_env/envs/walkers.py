@@ -23,8 +23,9 @@ from powered_walker_env.envs.task import (
     end_strides,
 )
 from powered_walker_env.params import PostStrikeState
-from powered_walker_env.phases import POWERED_WALKER, Outcome
+from powered_walker_env.phases import Outcome
 from powered_walker_env.physics.constants import pack
+from powered_walker_env.schemes import POWERED_WALKER
 from powered_walker_env.stride import Array, run_batch
 
 Rows = slice | NDArray[np.intp]

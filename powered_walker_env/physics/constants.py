@@ -38,10 +38,12 @@ class Constants(NamedTuple):
     landing_angle: float  # rad, arg(L + D e^{−i·lock}), of `ground.locked_landing`
     hip_stiffness: float  # N m/rad
     no_load_speed: float  # rad/s
+    torque_limit: float  # N m, of the motor; infinite for none
     as_published: bool  # the thesis's listing instead of its text
 
 
-LANE_ROWS = 21  # of the table that `write_lane` fills
+LANE_ROWS = 22  # of the table that `write_lane` fills
+NO_LOAD_SPEED = 19  # one of them
 
 
 def pack(params: WalkerParams) -> np.ndarray:
@@ -90,7 +92,8 @@ def unpack(rows, i=0):
         cmath.phase(length + retracted),
         rows[i, 11],
         rows[i, 10],
-        rows[i, 12] != 0.0,
+        rows[i, 12] if rows[i, 12] > 0.0 else math.inf,
+        rows[i, 13] != 0.0,
     )
 
 
@@ -117,7 +120,8 @@ def write_lane(c, table, lane):
     table[17, lane] = c.landing_angle
     table[18, lane] = c.hip_stiffness
     table[19, lane] = c.no_load_speed
-    table[20, lane] = 1.0 if c.as_published else 0.0
+    table[20, lane] = c.torque_limit
+    table[21, lane] = 1.0 if c.as_published else 0.0
 
 
 @internal
@@ -140,7 +144,8 @@ def lane_of(table, lane):
         table[17, lane],
         table[18, lane],
         table[19, lane],
-        table[20, lane] > 0.0,
+        table[20, lane],
+        table[21, lane] > 0.0,
     )
 
 
@@ -164,5 +169,6 @@ def lanes_of(table):
         load(table, 17),
         load(table, 18),
         load(table, 19),
-        load(table, 20) > 0.0,
+        load(table, 20),
+        load(table, 21) > 0.0,
     )

@@ -75,6 +75,12 @@ def swapped(beta, alpha, c):
 def heel_strike(phi, alpha, beta, dphi, dalpha, dbeta, c):
     """The state (φ, α, β, φ', α', β') just after the strike, from the state just before."""
     walker, trailing_leg = momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c)
+    return land(phi, alpha, beta, walker, trailing_leg, c)
+
+
+@kernel
+def land(phi, alpha, beta, walker, trailing_leg, c):
+    """The state just after a strike that leaves the two momenta."""
     new_phi, new_alpha, new_beta = swapped(beta, alpha, c)
     # Departure 2: the listing's matrix is that of the configuration before the strike.
     a11, a12, a21, a22 = momentum_matrix(

@@ -114,21 +114,22 @@ def solve(locked, matrix, f1, f2, f3, c):
 
 
 @kernel
-def hip_torque(alpha, beta, c):
+def spring_torque(y, c):
     """Of the spring between the legs, on the swing leg: −k(q3 − π), N m (Kuo 2002)."""
-    return -c.hip_stiffness * (beta - alpha - math.pi)
+    return -c.hip_stiffness * (y[2] - y[1] - math.pi)
 
 
 @kernel
-def accelerations(locked, y, ankle_torque, c):
+def accelerations(locked, y, ankle_torque, hip_torque, c):
     """(φ'', α'', β'') at y = (φ, α, β, φ', α', β'), rad/s².
 
     The ankle's torque turns the foot forward and the leg back: generalised forces
-    (+τ, −τ, 0); the hip's turns the legs apart: (0, −τ, +τ).
+    (+τ, −τ, 0); the hip's, to which the spring's is added, turns the swing leg forward
+    and the stance leg back: (0, −τ, +τ).
     """
     foot, A, H, B = vectors(y[0], y[1], y[2], c)
     b1, b2, b3 = bias(foot, A, H, B, y[3], y[4], y[5], c)
-    hip = hip_torque(y[1], y[2], c)
+    hip = hip_torque + spring_torque(y, c)
     return solve(
         locked,
         mass_matrix(foot, A, H, B, c),

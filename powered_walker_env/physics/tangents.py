@@ -12,9 +12,10 @@ import math
 
 from powered_walker_env.compilation import internal
 from powered_walker_env.lanes import where
+from powered_walker_env.physics.actuation import stop_unit
 from powered_walker_env.physics.constants import Constants
 from powered_walker_env.physics.heel_strike import trailing_com
-from powered_walker_env.physics.swing import direction, inner, turned
+from powered_walker_env.physics.swing import direction, inner, mass_matrix, solve, turned, vectors
 
 
 @internal
@@ -48,6 +49,7 @@ def unpack_direction(gravity, unfold, change, c):
         turned(arm, change[0] + retracted) / inner(arm, arm),
         change[11],
         change[10],
+        change[12],
         False,
     )
 
@@ -114,19 +116,78 @@ def bias_tangent(vectors, changes, y, t, c, d):
 
 
 @internal
-def ankle_torque_tangent(y, t, acting, torque_change, c, d):
-    """Change of T_stall (1 − ω/ω_noload); `torque_change` is that of the stall torque."""
+def ankle_torque_tangent(y, t, acting, strength_change, c, d):
+    """Change of the motor's torque within its limit; `strength_change` is the control's."""
     rate, rate_change = y[4] - y[3], t[4] - t[3]
     slope_change = -acting.slope * d.no_load_speed / c.no_load_speed
-    line_change = acting.slope * rate_change + slope_change * rate
     line = 1.0 + acting.slope * rate
-    return acting.share * torque_change * line + acting.strength * line_change
+    free = acting.share * strength_change * line + acting.strength * (
+        acting.slope * rate_change + slope_change * rate
+    )
+    torque = acting.strength * line
+    free = where(torque > c.torque_limit, d.torque_limit, free)
+    return where(torque < -c.torque_limit, -d.torque_limit, free)
 
 
 @internal
-def hip_torque_tangent(y, t, c, d):
+def spring_torque_tangent(y, t, c, d):
     """Change of −k(q3 − π)."""
     return -d.hip_stiffness * (y[2] - y[1] - math.pi) - c.hip_stiffness * (t[2] - t[1])
+
+
+@internal
+def flow_tangent(locked, y, slope, at, matrix, t, acting, strength_change, c, d):
+    """(∂f/∂y) t + ∂f/∂p: from M q'' + bias = force, M δq'' = δforce − δbias − δM q''.
+
+    Args:
+        y, slope: a state and its derivative; at, matrix: its vectors and mass matrix.
+        t: the direction's state; d: its walker.
+    """
+    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], d)
+    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(at, moved, c, d)
+    b1, b2, b3 = bias_tangent(at, moved, y, t, c, d)
+    tau = ankle_torque_tangent(y, t, acting, strength_change, c, d)
+    hip = spring_torque_tangent(y, t, c, d) + acting.hip_share * strength_change
+    q1, q2, q3 = slope[3], slope[4], slope[5]
+    f1 = tau - b1 - d11 * q1 - d12 * q2 - c.reaction * d13 * q3
+    f2 = -tau - c.reaction * hip - b2 - d12 * q1 - d22 * q2 - c.reaction * d23 * q3
+    f3 = hip - b3 - d13 * q1 - d23 * q2 - d33 * q3
+    ddphi, ddalpha, ddbeta = solve(locked, matrix, f1, f2, f3, c)
+    return t[3], t[4], t[5], ddphi, ddalpha, ddbeta
+
+
+@internal
+def holding_torque_tangent(y, slope, t, acting, strength_change, c, d):
+    """Change of `actuation.holding_torque`, its scale taken for constant (it is zero there)."""
+    at = vectors(y[0], y[1], y[2], c)
+    matrix = mass_matrix(at[0], at[1], at[2], at[3], c)
+    locked = c.L > 0.0
+    turn = flow_tangent(locked, y, slope, at, matrix, t, acting, strength_change, c, d)
+    moved = vectors_tangent(y, t, at[0], at[1], at[2], at[3], d)
+    d11, d12, d13, _, _, _ = mass_matrix_tangent(at, moved, c, d)
+    b1, _, _ = bias_tangent(at, moved, y, t, c, d)
+    tau = ankle_torque_tangent(y, t, acting, strength_change, c, d)
+    m11, m12, m13 = matrix[0], matrix[1], matrix[2]
+    changed = d11 * slope[3] + d12 * slope[4] + c.reaction * d13 * slope[5]
+    turned_faster = m11 * turn[3] + m12 * turn[4] + c.reaction * m13 * turn[5]
+    return (changed + turned_faster + b1 - tau) / stop_unit(c)
+
+
+@internal
+def still(c):
+    """No change of the walker."""
+    zero = 0.0 * c.L
+    none = complex(zero, zero)
+    return Constants(
+        zero, zero, zero, zero, zero, zero, none, none, zero, zero, zero, none, none, zero, zero,
+        zero, zero, False,
+    )  # fmt: skip
+
+
+@internal
+def holding_torque_rate(y, slope, acting, c):
+    """Time derivative of `actuation.holding_torque` in the locked phase."""
+    return holding_torque_tangent(y, slope, slope, acting, 0.0 * c.L, c, still(c))
 
 
 @internal
@@ -162,3 +223,28 @@ def momenta_before_tangent(y, t, vectors, changes, contact, c, d):
     leg, dleg = com - H, dcom - dH
     trailing = d.swing_inertia * y[4] + c.swing_inertia * t[4] + d.swing_mass * inner(leg, v)
     return walker, trailing + c.swing_mass * (inner(dleg, v) + inner(leg, dv))
+
+
+@internal
+def push_moments_tangent(y, t, vectors, changes, contact, impulse, impulse_change, c, d):
+    """Changes of `push_off.push_moments`."""
+    foot, _, H, _ = vectors
+    dfoot, _, dH, _ = changes
+    contact_change = swing_foot_tangent(y, t, c, d)
+    leg = direction(y[1])
+    push = impulse * leg
+    dpush = impulse_change * leg + times_i(push) * t[1]
+    arm, darm = c.R + foot + H, d.R + dfoot + dH
+    about_contact = -turned(contact_change, push) - turned(contact, dpush)
+    return about_contact, -turned(darm, push) - turned(arm, dpush)
+
+
+@internal
+def stance_momenta_tangent(y, t, vectors, changes, matrix, c, d):
+    """Changes of `stop.stance_momenta`."""
+    m11, m12, m13, m22, m23, m33 = matrix
+    d11, d12, d13, d22, d23, d33 = mass_matrix_tangent(vectors, changes, c, d)
+    stance = (d11 + d12) * y[3] + (d12 + d22) * y[4] + c.reaction * (d13 + d23) * y[5]
+    stance = stance + (m11 + m12) * t[3] + (m12 + m22) * t[4] + c.reaction * (m13 + m23) * t[5]
+    swing = d13 * y[3] + d23 * y[4] + d33 * y[5] + m13 * t[3] + m23 * t[4] + m33 * t[5]
+    return stance, swing

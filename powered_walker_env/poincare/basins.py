@@ -17,13 +17,14 @@ import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.params import Control, WalkerParams, check_state
+from powered_walker_env.params import WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.pieces import RunOptions, blocks, run_pieces
 from powered_walker_env.poincare.slices import COORDINATES, Slice, starts_of
 from powered_walker_env.poincare.trapping import Trap, traps_of
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 FELL, WALKING = -2, -1  # in `attractor`, besides the gaits' numbers
@@ -38,7 +39,7 @@ class Basin:
     """What became of each start."""
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     grid: Slice | None  # None: a list of states
     limit: int  # strides walked at most
     rtol: float
@@ -99,7 +100,7 @@ class BasinVolume:
 
 def basin(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     grid: Slice | ArrayLike,
     *,
     strides: int = 100,
@@ -135,7 +136,7 @@ def basin(
 
 def basin_volume(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     low: Sequence[float],
     high: Sequence[float],
     *,
@@ -226,7 +227,7 @@ def _periods(params: WalkerParams, states: Array, recent: list[Array]) -> NDArra
     return period
 
 
-def _default_gaits(params: WalkerParams, control: Control | Policy | None) -> tuple[Gait, ...]:
+def _default_gaits(params: WalkerParams, control: AnyControl | Policy | None) -> tuple[Gait, ...]:
     try:
         gait = find_gait(params, control)
     except GaitNotFoundError:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.params import WalkerParams
 from powered_walker_env.poincare.arclength import (
     MAX_POINTS,
     CurveEnd,
@@ -43,6 +43,7 @@ from powered_walker_env.poincare.families import (
 from powered_walker_env.poincare.gaits import Gait, describe
 from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.poincare.special_points import CRITICAL, SpecialKind, SpecialPoint
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 DIFFERENCE = 1e-4  # natural units: of the exact Jacobian, along the critical vector
@@ -54,7 +55,7 @@ class Boundary:
     """Where one multiplier is on the unit circle, as a curve in the plane of two parameters."""
 
     params: WalkerParams  # of the gait that the curve was started from
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     kind: SpecialKind
     parameters: tuple[str, str]
     period: int  # strides

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.params import WalkerParams
 from powered_walker_env.poincare.arclength import CurveEnd, Solution
 from powered_walker_env.poincare.families import Bounds, Family
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, newton
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 
@@ -26,7 +27,7 @@ class Branch:
     """
 
     params: WalkerParams  # of the gait that the branch was started from
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     parameter: str  # the name of what changes along the branch
     period: int  # strides
     section: str  # of the gaits that `gait` returns

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from powered_walker_env import record
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams
+from powered_walker_env.params import PostStrikeState, WalkerParams
 from powered_walker_env.phases import Cycle, Outcome
 from powered_walker_env.physics.constants import constants_of
 from powered_walker_env.physics.ground import swing_foot
@@ -29,6 +29,7 @@ from powered_walker_env.poincare.ground_force import (
     trailing_foot,
 )
 from powered_walker_env.poincare.maps import Policy
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 from powered_walker_env.trajectory import LoggedStride
 
@@ -131,7 +132,7 @@ class ContactReport:
 
 def contact_report(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     state: PostStrikeState | Sequence[float],
     *,
     strides: int = 1,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.derivatives import PARAMETERS
-from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.params import WalkerParams
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.maps import (
@@ -27,9 +27,9 @@ from powered_walker_env.poincare.maps import (
     StrideMap,
     natural_units,
 )
+from powered_walker_env.schemes import CONTROL_NUMBERS, AnyControl, scheme_of
 from powered_walker_env.stride import Array
 
-CONTROLS = tuple(field.name for field in dataclasses.fields(Control))
 STATE_SIZE = 4
 SHORTEST_STRIDE = 1e-3  # leg lengths; less is standing, where the equations are all rounding
 Bounds = tuple[float, float]  # (low, high) of a parameter
@@ -61,7 +61,7 @@ class Family:
     """
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     names: tuple[str, ...]
     scales: Array  # (k,) units of the parameters
     period: int = 1
@@ -94,7 +94,7 @@ class Family:
         """(k,) the values of the parameters in the walker that the family was made from."""
         return np.array([value_of(self.params, self.control, name) for name in self.names])
 
-    def walker(self, values: Array) -> tuple[WalkerParams, Control | Policy | None]:
+    def walker(self, values: Array) -> tuple[WalkerParams, AnyControl | Policy | None]:
         """The walker and control with the free parameters at these values.
 
         Raises:
@@ -102,8 +102,8 @@ class Family:
         """
         params, control = self.params, self.control
         for name, value in zip(self.names, values.tolist(), strict=True):
-            if name in CONTROLS and isinstance(control, Control):
-                control = dataclasses.replace(control, **{name: value})
+            if name in CONTROL_NUMBERS:
+                control = replaced(control, name, value)
             else:
                 params = params.replace(**{name: value})
         return params, control
@@ -140,7 +140,7 @@ def multipliers_of(jacobian: Array) -> NDArray[np.complex128]:
     return multipliers[np.argsort(-abs(multipliers), kind="stable")]
 
 
-def check_parameter(name: str, control: Control | Policy | None) -> None:
+def check_parameter(name: str, control: AnyControl | Policy | None) -> None:
     """Reject a name that this walker has no such parameter for.
 
     Raises:
@@ -148,18 +148,31 @@ def check_parameter(name: str, control: Control | Policy | None) -> None:
     """
     if name not in PARAMETERS:
         raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-    if name in CONTROLS and not isinstance(control, Control):
-        walker = "a passive walker" if control is None else "a walker under a policy"
-        others = ", ".join(n for n in PARAMETERS if n not in CONTROLS)
+    if name in CONTROL_NUMBERS and name not in numbers_of(control):
+        walker = "a walker under a policy" if callable(control) else "this walker"
+        others = (*numbers_of(control), *(n for n in PARAMETERS if n not in CONTROL_NUMBERS))
         raise ValueError(
-            f"parameter must not be {name!r} for {walker}, which has no constant control; "
-            f"choose one of {others}"
+            f"parameter must not be {name!r} for {walker}, whose control has no such constant; "
+            f"choose one of {', '.join(others)}"
         )
 
 
-def value_of(params: WalkerParams, control: Control | Policy | None, name: str) -> float:
+def numbers_of(control: AnyControl | Policy | None) -> tuple[str, ...]:
+    """Names of the numbers of a constant control."""
+    return () if callable(control) else scheme_of(control).numbers
+
+
+def replaced(
+    control: AnyControl | Policy | None, name: str, value: float
+) -> AnyControl | Policy | None:
+    """A constant control with one number changed."""
+    changed: AnyControl = dataclasses.replace(control, **{name: value})  # type: ignore[type-var, assignment]
+    return changed
+
+
+def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: str) -> float:
     """The value of a parameter in a walker and its control."""
-    return float(getattr(control if name in CONTROLS else params, name))
+    return float(getattr(control if name in CONTROL_NUMBERS else params, name))
 
 
 def family_within(

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env import record
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
 from powered_walker_env.presets import PRESETS
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 SECTIONS = ("switch", "post-strike")
@@ -33,7 +34,7 @@ class Gait:
     """A limit cycle of the walker: a fixed point of its stride map over `period` strides."""
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     period: int  # strides
     section: str  # "switch" (the thesis's) or "post-strike"
     state: PostStrikeState  # post-strike, rad and rad/s
@@ -71,7 +72,7 @@ class Gait:
 
 def find_gait(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     guess: PostStrikeState | Sequence[float] | None = None,
     *,
     section: str | None = None,
@@ -110,7 +111,7 @@ def find_gait(
     )
 
 
-def _check_section(section: str | None, control: Control | Policy | None) -> str:
+def _check_section(section: str | None, control: AnyControl | Policy | None) -> str:
     if section is None:
         return "post-strike" if control is None else "switch"
     if section not in SECTIONS:
@@ -186,7 +187,7 @@ def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> 
     first = PostStrikeState(*state.tolist())
     at_switch = None
     if stride_map.control is not None:
-        control = Control(*stride_map.controls(state[np.newaxis])[0].tolist())
+        control = stride_map.scheme.control_of(stride_map.controls(state[np.newaxis])[0])
         at_switch = switch_section(first, control, stride_map.params)
     return Gait(
         params=stride_map.params,

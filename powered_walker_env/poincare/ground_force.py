@@ -19,13 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env import record
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Cycle, Joints, Outcome
 from powered_walker_env.physics.actuation import drive, flow
 from powered_walker_env.physics.constants import Constants, constants_of
 from powered_walker_env.physics.heel_strike import heel_strike
 from powered_walker_env.physics.swing import turned, vectors
 from powered_walker_env.poincare.maps import Policy, StrideMap
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 from powered_walker_env.trajectory import LoggedStride, log_stride
 
@@ -49,7 +50,7 @@ class GroundForce:
 
 def ground_force(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     state: PostStrikeState | Sequence[float],
 ) -> GroundForce:
     """The ground force along one stride from `state`, finely sampled.
@@ -73,7 +74,7 @@ def ground_force(
 
 def logged_strides(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     state: PostStrikeState | Sequence[float],
     strides: int,
 ) -> Iterator[tuple[LoggedStride, Cycle, float]]:
@@ -83,7 +84,7 @@ def logged_strides(
     for _ in range(strides):
         chosen = None
         if control is not None:
-            chosen = Control(*stride_map.controls(np.array([here]))[0].tolist())
+            chosen = stride_map.scheme.control_of(stride_map.controls(np.array([here]))[0])
         logged = log_stride(here, chosen, params, 0.0, CONTACT_RTOL, interval)
         yield logged, stride_map.cycle, 0.0 if chosen is None else chosen.stall_torque
         if logged.outcome != Outcome.WALKED:

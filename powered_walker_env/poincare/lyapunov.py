@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 RTOL = 1e-10  # of strides and Jacobians
@@ -27,7 +28,7 @@ class LyapunovExponent:
     """The exponent of one orbit; NaN if the walker fell."""
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     start: PostStrikeState
     transient: int  # strides before the growth is counted
     seed: int
@@ -46,7 +47,7 @@ class LyapunovExponent:
 
 def lyapunov_exponent(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     state: PostStrikeState | Sequence[float],
     *,
     strides: int = 2000,

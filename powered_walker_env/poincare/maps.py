@@ -20,10 +20,11 @@ import numpy as np
 
 from powered_walker_env import record
 from powered_walker_env.derivatives import directions, run_derivatives
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_walkable
-from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome
+from powered_walker_env.params import PostStrikeState, WalkerParams
+from powered_walker_env.phases import Cycle, Outcome
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.stride import PASSIVE_CONTROL, Array, StrideBatch, run_batch
+from powered_walker_env.schemes import MOTOR, AnyControl, Scheme, check_walkable, scheme_of
+from powered_walker_env.stride import Array, StrideBatch, run_batch
 from powered_walker_env.trajectory import log_stride
 
 SECTION_RTOL = 1e-13  # of the strides behind a gait
@@ -33,6 +34,8 @@ _STATE, _CONTROL = slice(0, 4), slice(4, 6)
 
 class Policy(Protocol):
     """A control law: post-strike states (N, 4) to switch angles and stall torques (N, 2).
+
+    (Or to the k numbers of another scheme's control, (N, k).)
 
     A policy that knows its derivative, or calculates in less than double precision, has
     a method `derivative(states)`, (N, 4) to (N, 2, 4): it is used in place of differences.
@@ -82,28 +85,35 @@ class StrideMap:
     """
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     rtol: float = SECTION_RTOL
+    policy_scheme: Scheme = MOTOR  # what a policy's numbers control
 
     def __post_init__(self) -> None:
-        constant = Control(1.0, 0.0) if callable(self.control) else self.control
+        constant = self.scheme.control_of((1.0, 0.0)) if callable(self.control) else self.control
         check_walkable(self.params, constant)
+
+    @property
+    def scheme(self) -> Scheme:
+        """What powers the walker."""
+        return self.policy_scheme if callable(self.control) else scheme_of(self.control)
 
     @property
     def cycle(self) -> Cycle:
         """The phases of its strides."""
-        return PASSIVE_WALKER if self.control is None else POWERED_WALKER
+        return self.scheme.cycle
 
     def controls(self, states: Array) -> Array:
-        """(N, 2) the controls of the strides from these states (N, 4)."""
+        """(N, 2) the kernel's rows of the controls of the strides from these states (N, 4)."""
         if callable(self.control):
             chosen = np.asarray(self.control(states), dtype=np.float64)
-            if chosen.shape != (len(states), 2):
+            wanted = (len(states), len(self.scheme.columns))
+            if chosen.shape != wanted:
                 raise ValueError(
-                    f"a policy must return controls of shape ({len(states)}, 2), got {chosen.shape}"
+                    f"a policy must return controls of shape {wanted}, got {chosen.shape}"
                 )
-            return np.ascontiguousarray(chosen)
-        return np.tile(control_row(self.control), (len(states), 1))
+            return self.scheme.rows(chosen)
+        return np.tile(self.scheme.row(self.control), (len(states), 1))
 
     def strides(self, states: Array) -> StrideBatch:
         """One stride from each of the states (N, 4)."""
@@ -168,7 +178,8 @@ def policy_derivative(stride_map: StrideMap, state: Array) -> Array:
     """(2, 4) derivative of a policy's control by the state: its own, or by differences."""
     own = getattr(stride_map.control, "derivative", None)
     if own is not None:
-        known: Array = np.asarray(own(state[np.newaxis]), np.float64)[0]
+        known: Array = np.zeros((2, 4))
+        known[list(stride_map.scheme.columns)] = np.asarray(own(state[np.newaxis]), np.float64)[0]
         return known
     steps = POLICY_DIFFERENCE * natural_units(stride_map.params)
     offsets = np.array([-2.0, -1.0, 1.0, 2.0])
@@ -185,15 +196,8 @@ def natural_units(params: WalkerParams) -> Array:
     return np.array([1.0, 1.0, rate, rate])
 
 
-def control_row(control: Control | None) -> Array:
-    """The control as (2,) for the kernel."""
-    if control is None:
-        return np.array(PASSIVE_CONTROL)
-    return np.array([control.switch_angle, control.stall_torque])
-
-
 def switch_section(
-    state: PostStrikeState, control: Control, params: WalkerParams
+    state: PostStrikeState, control: AnyControl, params: WalkerParams
 ) -> tuple[float, float, float] | None:
     """(q1, u1, u3) where the motor starts in the stride from `state`; None if it does not."""
     logged = log_stride(state, control, params, 0.0, SECTION_RTOL, 0.0)

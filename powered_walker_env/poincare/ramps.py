@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.derivatives import PARAMETERS
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
+from powered_walker_env.poincare.families import numbers_of, replaced
 from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.pieces import RunOptions, run_pieces
+from powered_walker_env.schemes import CONTROL_NUMBERS, AnyControl
 from powered_walker_env.stride import Array
 
 RTOL = 1e-9  # of the strides
 SAME = 1e-6  # natural units within which a kept state has come back
 SETTLED = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
-_CONTROLS = ("switch_angle", "stall_torque")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class BifurcationDiagram:
     """What walks at each value of a parameter, ramped up and ramped down."""
 
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     parameter: str
     values: Array  # (n,) ascending
     transient: int  # strides walked at each value before any is kept
@@ -94,7 +95,7 @@ class BifurcationDiagram:
 
 def bifurcation_diagram(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     parameter: str,
     values: ArrayLike,
     *,
@@ -141,8 +142,8 @@ def bifurcation_diagram(
 
 
 def changed(
-    params: WalkerParams, control: Control | Policy | None, parameter: str, value: float
-) -> tuple[WalkerParams, Control | Policy | None]:
+    params: WalkerParams, control: AnyControl | Policy | None, parameter: str, value: float
+) -> tuple[WalkerParams, AnyControl | Policy | None]:
     """The walker and its control with one number replaced.
 
     Raises:
@@ -150,21 +151,19 @@ def changed(
     """
     if parameter not in PARAMETERS:
         raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {parameter!r}")
-    if parameter not in _CONTROLS:
+    if parameter not in CONTROL_NUMBERS:
         return params.replace(**{parameter: value}), control
-    if not isinstance(control, Control):
+    if parameter not in numbers_of(control):
         raise ValueError(
-            f"parameter {parameter!r} belongs to a constant Control, got control={control!r}; "
+            f"parameter {parameter!r} is no number of a constant control, got control={control!r}; "
             "ramp a parameter of the walker instead"
         )
-    angle, torque = control.switch_angle, control.stall_torque
-    by_name = {"switch_angle": angle, "stall_torque": torque} | {parameter: value}
-    return params, Control(**by_name)
+    return params, replaced(control, parameter, value)
 
 
 class _Piece(NamedTuple):
     params: WalkerParams
-    control: Control | Policy | None
+    control: AnyControl | Policy | None
     parameter: str
     values: Array
     start: Array | None

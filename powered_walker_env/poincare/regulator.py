@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 
-from powered_walker_env.params import Control
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import control_row, natural_units
+from powered_walker_env.poincare.maps import natural_units
+from powered_walker_env.schemes import scheme_of
 from powered_walker_env.stride import Array
 
 
@@ -19,19 +19,19 @@ class Regulator:
     """u = u₀ + K (x − x₀), clipped to bounds: a policy of the stride map."""
 
     state: Array  # (4,) of the gait
-    nominal: Array  # (2,) switch angle, rad, and stall torque, N m
-    gain: Array  # (2, 4)
-    low: Array  # (2,) bounds of the control
+    nominal: Array  # (k,) numbers of the control; of the motor: switch angle, stall torque
+    gain: Array  # (k, 4)
+    low: Array  # (k,) bounds of the control
     high: Array
     cost: Array = field(repr=False)  # (4, 4) of the deviations to come, from (x − x₀), quadratic
 
     def __call__(self, states: Array) -> Array:
-        """(N, 2) controls."""
+        """(N, k) controls."""
         controls: Array = self.nominal + (states - self.state) @ self.gain.T
         return np.clip(controls, self.low, self.high)
 
     def derivative(self, states: Array) -> Array:
-        """(N, 2, 4) of the controls by the states; zero where they are clipped."""
+        """(N, k, 4) of the controls by the states; zero where they are clipped."""
         wanted = self.nominal + (states - self.state) @ self.gain.T
         free = (wanted > self.low) & (wanted < self.high)
         derivative: Array = free[:, :, np.newaxis] * self.gain
@@ -49,36 +49,43 @@ def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) 
 
     Args:
         gait: of one stride under a constant control, stable or not.
-        half_range: (2,) how far switch angle, rad, and stall torque, N m, may go from
-            the gait's own; the torque is kept above 0 and the angle inside (0, 2π).
+        half_range: (k,) how far the numbers of the control (of the motor: switch angle,
+            rad, and stall torque, N m) may go from the gait's own; a torque or impulse is
+            kept above 0 and an angle inside (0, 2π).
         action_cost: r.
 
     Raises:
         ValueError: a gait of several strides or without a constant control; no regulator.
     """
-    if gait.period != 1 or not isinstance(gait.control, Control):
+    if gait.period != 1 or gait.control is None or callable(gait.control):
         raise ValueError(
             "gait must have one stride and a constant control, got "
             f"period {gait.period} and control {gait.control!r}"
         )
+    scheme = scheme_of(gait.control)
+    columns = list(scheme.columns)
     reach = np.array(half_range, np.float64)
-    if reach.shape != (2,) or not (reach > 0).all():
-        raise ValueError(f"half_range must be two positive numbers, got {half_range!r}")
-    units, nominal = natural_units(gait.params), control_row(gait.control)
+    if reach.shape != (len(columns),) or not (reach > 0).all():
+        raise ValueError(
+            f"half_range must be {len(columns)} positive numbers, one for each of "
+            f"{', '.join(scheme.numbers)}, got {half_range!r}"
+        )
+    units, nominal = natural_units(gait.params), np.array(scheme.row(gait.control))[columns]
     A = gait.jacobian * units / units[:, np.newaxis]
-    B = gait.control_jacobian * reach / units[:, np.newaxis]
-    R = action_cost * np.eye(2)
+    B = gait.control_jacobian[:, columns] * reach / units[:, np.newaxis]
+    R = action_cost * np.eye(len(columns))
     try:
         P = scipy.linalg.solve_discrete_are(A, B, np.eye(4), R)
     except np.linalg.LinAlgError as error:
         raise ValueError(f"gait has no regulator within half_range: {error}") from error
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
-    edge = np.array([1e-6, 0.0]), np.array([2 * np.pi - 1e-6, np.inf])
+    least = 0.0 if scheme.positive else -np.inf
+    low, high = np.array([1e-6, least])[columns], np.array([2 * np.pi - 1e-6, np.inf])[columns]
     return Regulator(
         state=np.array(gait.state),
         nominal=nominal,
         gain=reach[:, np.newaxis] * K / units,
-        low=np.maximum(nominal - reach, edge[0]),
-        high=np.minimum(nominal + reach, edge[1]),
+        low=np.maximum(nominal - reach, low),
+        high=np.minimum(nominal + reach, high),
         cost=P / np.outer(units, units),
     )

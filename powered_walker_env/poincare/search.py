@@ -17,7 +17,7 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.poincare.families import (
     SHORTEST_STRIDE,
     Equations,
@@ -34,6 +34,7 @@ from powered_walker_env.poincare.gaits import (
 )
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.pieces import RunOptions, run_pieces
+from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
 
 SEARCH_RTOL = 1e-9  # of the strides of the search; what it finds is refined afterwards
@@ -54,7 +55,7 @@ SMALLEST_SHARE = 1e-5  # of the way to the wanted value, before giving up
 
 def find_gaits(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     *,
     period: int = 1,
     starts: int = 4096,
@@ -176,7 +177,7 @@ class _Wanted(NamedTuple):
 
 def find_gait_with(
     params: WalkerParams,
-    control: Control | Policy | None,
+    control: AnyControl | Policy | None,
     *,
     step_length: float | None = None,
     speed: float | None = None,
