@@ -2,6 +2,7 @@
 
 - `quickstart`: the main job, end to end;
 - `train`: any algorithm of Stable-Baselines3 from a configuration file, under `runs/NAME/`;
+- `analytic_gradient`: a policy by the exact gradients of the stride map, from few strides;
 - `evaluate`: controllers and saved models on equal disturbances;
 - `tune_lqr`: weights for the linear-quadratic regulator, the baseline.
 

@@ -16,6 +16,7 @@ import yaml
 from numpy.typing import NDArray
 
 from agents.command import CONFIGS, UserError
+from agents.networks import SUFFIX, load_network
 from powered_walker_env import find_gait
 from powered_walker_env.envs.task import Task
 
@@ -159,8 +160,10 @@ def load_controller(path: Path, env_id: str | None = None) -> tuple[str, Control
         UserError: a file that is missing, damaged, or of another kind of environment.
     """
     from agents.algorithms import algorithm_of, limit_threads, load_model  # needs torch
-    from agents.runs import BEST_MODEL
+    from agents.runs import BEST_MODEL, POLICY
 
+    if path.suffix == SUFFIX or (path / POLICY).is_file():
+        return _load_policy(path / POLICY if path.is_dir() else path, env_id)
     if not path.exists() and path.suffix != ".zip" and len(path.parts) == 1:
         raise UserError(
             f"controllers are {OPEN_LOOP!r}, {LQR_NAME!r}, a model file or a run folder, "
@@ -181,12 +184,23 @@ def load_controller(path: Path, env_id: str | None = None) -> tuple[str, Control
     return f"{kind.upper()} {label.lstrip('/')}".rstrip(), model
 
 
+def _load_policy(file: Path, env_id: str | None) -> tuple[str, Controller]:
+    """A policy of `agents.analytic_gradient`, and its name for tables."""
+    network = load_network(file)
+    _warn_of_another(file, network.env_id, env_id)
+    label = file.parent.name if file.stem == "policy" else file.stem
+    return f"analytic gradient {label}".rstrip(), network
+
+
 def _warn_of_other_training(file: Path, env_id: str | None) -> None:
     """Say so if a model comes from another environment: the shapes alone do not tell."""
     from agents.runs import CONFIG, read_run
 
-    if env_id is None or not (file.parent / CONFIG).is_file():
-        return
-    trained = read_run(file.parent).env_id.rpartition(":")[2]
-    if trained != env_id.rpartition(":")[2]:
+    if (file.parent / CONFIG).is_file():
+        _warn_of_another(file, read_run(file.parent).env_id, env_id)
+
+
+def _warn_of_another(file: Path, trained_on: str, env_id: str | None) -> None:
+    trained = trained_on.rpartition(":")[2]
+    if env_id is not None and trained != env_id.rpartition(":")[2]:
         print(f"note: {str(file)!r} was trained on {trained}, not on {env_id}", file=sys.stderr)

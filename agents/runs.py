@@ -26,7 +26,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -40,9 +40,13 @@ from agents.settings import Settings, settings_of
 from powered_walker_env.files import write_text, written_aside
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 RUNS = Path("runs")
 CONFIG, VERSIONS = "config.yml", "versions.json"
 CHECKPOINT, BEST_MODEL, EVALUATIONS = "checkpoint.zip", "best_model.zip", "evaluations.csv"
+POLICY = "policy.npz"  # of the trainings that have no model of Stable-Baselines3
 _STATE, _REPLAY = "run_state.pkl", "replay_buffer.pkl"  # members of a checkpoint
 _MEMORY = ("_last_lstm_states",)  # of a model, that its `load` makes anew
 _PACKAGES = (
@@ -73,16 +77,29 @@ def create_run(folder: Path, settings: Settings, *, overwrite: bool = False) -> 
     Raises:
         UserError: it exists, and `overwrite` is false or it is no run.
     """
+    if folder.exists() and not overwrite:
+        raise UserError(
+            f"{str(folder)!r} exists; choose another name, replace it by --overwrite, or go on "
+            "with it by agents.train --resume"
+        )
+    create_folder(folder, config_text(settings), settings.seed, overwrite=overwrite)
+
+
+def create_folder(folder: Path, config: str, seed: int, *, overwrite: bool = False) -> None:
+    """Make the folder of a new run of any kind, its configuration given as text.
+
+    Raises:
+        UserError: it exists, and `overwrite` is false or it is no run.
+    """
     if folder.exists():
         if not overwrite:
             raise UserError(
-                f"{str(folder)!r} exists; choose another name, replace it by --overwrite, or go on "
-                "with it by agents.train --resume"
+                f"{str(folder)!r} exists; choose another name, or replace it by --overwrite"
             )
         remove_run(folder)
     folder.mkdir(parents=True)
-    write_text(folder / CONFIG, config_text(settings))
-    write_json(folder / VERSIONS, provenance(settings.seed))
+    write_text(folder / CONFIG, config)
+    write_json(folder / VERSIONS, provenance(seed))
 
 
 def remove_run(folder: Path) -> None:
@@ -102,7 +119,7 @@ def clear_leftovers(folder: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def config_text(settings: Settings) -> str:
+def config_text(settings: DataclassInstance) -> str:
     """The settings as YAML."""
     return str(yaml.safe_dump(dataclasses.asdict(settings), sort_keys=False))
 
