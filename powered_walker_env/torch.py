@@ -16,9 +16,10 @@ import torch
 from torch.autograd.function import once_differentiable
 
 from powered_walker_env import record
-from powered_walker_env.derivatives import CONTROLS, NUMBERS, directions, run_derivatives
+from powered_walker_env.derivatives import NUMBERS, directions, run_derivatives
 from powered_walker_env.params import WalkerParams
 from powered_walker_env.phases import Cycle
+from powered_walker_env.schemes import CONTROL_NUMBERS
 from powered_walker_env.stride import Array, check_batch, check_rtol, run_batch
 
 _FLAT = np.zeros(1)  # m, step of the ground: the kernel differentiates strides on flat ground
@@ -164,7 +165,7 @@ def _walkers(
     """The walkers that the parameters make of `params`: one, or N."""
     for name, value in values.items():
         if name not in NUMBERS:
-            others = "; pass it in controls" if name in CONTROLS else ""
+            others = "; pass it in controls" if name in CONTROL_NUMBERS else ""
             raise ValueError(f"parameters are of {', '.join(NUMBERS)}, got {name!r}{others}")
         if tuple(value.shape) not in ((), (count,)):
             raise ValueError(
