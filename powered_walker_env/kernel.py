@@ -95,7 +95,8 @@ from powered_walker_env.sensitivity import (
     write_derivatives,
 )
 
-HEEL_STRIKE, STOP_RESET = int(Reset.HEEL_STRIKE), int(Reset.STOP)
+CONTINUE, HEEL_STRIKE = int(Reset.CONTINUE), int(Reset.HEEL_STRIKE)
+STOP_RESET = int(Reset.STOP)
 PUSH_BEFORE, PUSH_WITH = int(Reset.PUSH_BEFORE), int(Reset.PUSH_WITH)
 PUSH_AFTER = int(Reset.PUSH_AFTER)
 WALKED, NO_LANDING = int(Outcome.WALKED), int(Outcome.NO_LANDING)
@@ -215,18 +216,21 @@ def _end_phases(s, w, sums, ended, queue, batch, d):
 
     Returns those that begin one, and how many strides have been begun.
     """
-    stopped = 0
+    stopped, impacts = 0, False
     for lane in range(LANES):
         if ended >> lane & 1:
             s.leads_to[0, lane] = _way_out(s, w, lane, batch)
+            impacts |= s.reset[0, lane] != CONTINUE
             stopped |= (1 << lane) if s.reset[0, lane] == STOP_RESET else 0
     if ended & 1:
         write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
     if d is not None:
         leave_phases(d, s, w, mask_of(ended))
-    _impact(s, w)
+    if impacts:
+        _impact(s, w)
     if d is not None:
-        strike(d, s, w, mask_of(ended))
+        if impacts:
+            strike(d, s, w, mask_of(ended))
         if stopped:
             stop_phases(d, s, w, mask_of(stopped))
     begun, continued = 0, 0

@@ -20,6 +20,7 @@ FALL = len(Guard)  # the guard against falls, watched in every phase beside its 
 GUARDS = FALL + 1
 LOCKED, NONE, MOTOR = int(Joints.ANKLE_LOCKED), int(Torque.NONE), int(Torque.MOTOR)
 IDLE = -1
+LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
 
 
 class Lockstep(NamedTuple):
@@ -161,6 +162,7 @@ def enter(s, w, lane, phase, batch):
     s.active[0, lane] = 0.0  # Guard.NEVER, of the padding
     s.phase[0, lane] = phase
     s.phases[0, lane] += 1
-    s.h[0, lane] = batch.first_step * s.unit[0, lane]
+    longer = LOCKED_FIRST_STEP if w.locked[0, lane] > 0.0 else 1.0
+    s.h[0, lane] = longer * batch.first_step * s.unit[0, lane]
     s.target[0, lane], s.scuffed[0, lane], s.correction[0, lane] = 0.0, 0.0, 0.0
     s.elapsed[0, lane], s.fresh[0, lane], s.refused[0, lane] = 0.0, 1.0, 0.0
