@@ -48,12 +48,16 @@ def uniform(word: np.uint64) -> float:
 def draw_normals(words: Words, sizes: Array, draws: Array) -> None:
     """Fill `draws` (N, an even k) with normal numbers of deviations `sizes`; advance `words`.
 
-    Box and Muller's method: two uniform numbers make two normal ones.
+    Box and Muller's method: two uniform numbers make two normal ones. Numbers of size zero
+    are not made, but passed over, so that the others do not depend on them.
     """
     for i in range(draws.shape[0]):
         for j in range(0, draws.shape[1], 2):
             first = words[i] + ADVANCE
             words[i] = first + ADVANCE
+            if sizes[j] == 0.0 and sizes[j + 1] == 0.0:
+                draws[i, j], draws[i, j + 1] = 0.0, 0.0
+                continue
             radius = math.sqrt(-2.0 * math.log(uniform(first)))
             angle = 2.0 * math.pi * uniform(words[i])
             draws[i, j] = sizes[j] * radius * math.cos(angle)
