@@ -19,7 +19,7 @@ from typing import Any
 import numba
 
 _PACKAGE = Path(__file__).parent
-_CONSTANTS = ("phases.py",)  # compiled in, though nothing in it is a kernel
+_CONSTANTS = ("lanes.py", "phases.py")  # compiled in, though nothing in them is a kernel
 
 
 def _sources_hash() -> str:
