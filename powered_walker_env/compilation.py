@@ -4,19 +4,26 @@ Numba looks only at a function's own file to decide whether its cached machine c
 current, so an edit of a formula in one file would leave its callers in others with the
 old one. Here the cache lives in a folder named after a hash of the sources that are compiled. Set
 NUMBA_CACHE_DIR to choose a folder yourself.
+
+The stride kernel takes long to compile: when the cache does not have it, a line on stderr
+says what the first call waits for.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
 import shutil
+import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
 
 _PACKAGE = Path(__file__).parent
 _CONSTANTS = ("lanes.py", "phases.py")  # compiled in, though nothing in them is a kernel
@@ -72,5 +79,39 @@ def internal(function: Callable[..., Any]) -> Any:
 
 
 def threaded_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that runs without the interpreter's lock."""
-    return _compile(function, nogil=True)
+    """Compile a function that runs without the interpreter's lock; say so when it is compiled."""
+    compiled = _compile(function, nogil=True)
+    _announcer.watch(compiled)
+    return compiled
+
+
+class _Announcer(event.Listener):  # type: ignore[misc]
+    """Writes one line to stderr, once per process, before a kernel is compiled that takes long.
+
+    Numba tells its listeners what it compiles, and does not tell what it loads from the cache.
+    """
+
+    LINE = "powered_walker_env: compiling the stride kernel for this machine, once (about 15 s)"
+
+    def __init__(self) -> None:
+        self._watched: list[Any] = []
+        self._first = threading.Lock()  # taken by who writes the line, and never given back
+
+    def watch(self, compiled: Any) -> None:
+        """Announce the compilation of this one."""
+        if not self._watched:
+            event.register("numba:compile", self)
+        self._watched.append(compiled)
+
+    def on_start(self, event: Any) -> None:
+        """Something is about to be compiled."""
+        slow = any(event.data["dispatcher"] is compiled for compiled in self._watched)
+        if slow and self._first.acquire(blocking=False):
+            with contextlib.suppress(AttributeError, OSError, ValueError):  # no stderr, or closed
+                sys.stderr.write(self.LINE + "\n")
+
+    def on_end(self, event: Any) -> None:
+        """It is compiled; there is nothing to say."""
+
+
+_announcer = _Announcer()

@@ -79,6 +79,15 @@ PRESETS: dict[str, Preset] = {
         ),
         f"this project: round feet, with the thesis's masses; gait {_OURS}",
     ),
+    "simplest": Preset(
+        WalkerParams.from_composite_leg(hip_mass=0.5, gravity=1.0, slope=0.009, **_STRAIGHT),
+        None,
+        PostStrikeState(
+            -0.20031090054424586, 0.20031090054424586, 0.19983247300495147, 0.18400947305664236
+        ),
+        "the simplest walker of Garcia, Chatterjee, Ruina and Coleman 1998 (ASME J. Biomech. "
+        f"Eng. 120(2), 281-288): feet without mass, slope 0.009; long gait {_OURS}",
+    ),
     "nearly-simplest": Preset(
         WalkerParams.from_composite_leg(
             hip_mass=0.5, foot_mass=0.001, gravity=1.0, slope=0.009, **_STRAIGHT

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from powered_walker_env import events
+from powered_walker_env.lockstep import FALL
 from powered_walker_env.params import WalkerParams
-from powered_walker_env.phases import Guard, Joints, Outcome
+from powered_walker_env.phases import Guard, Outcome
 from powered_walker_env.physics import ground
 from tests import derivation as d
 from tests.derivation import Array
@@ -23,8 +25,15 @@ from tests.samples import (
     relative,
 )
 
-FREE, LOCKED = int(Joints.ANKLE_FREE), int(Joints.ANKLE_LOCKED)
+FREE, LOCKED = False, True  # the ankle
 THESIS = WalkerParams()
+WATCHED = (Guard.SWITCH_ANGLE, Guard.LANDING)
+
+
+def guard_at(guard: int, *arguments: Any) -> tuple[float, float]:
+    """Value and rate of a guard as the kernel looks it up, of one walker, in plain Python."""
+    value, rate = events.guard_at.py_func(int(guard), *arguments)
+    return value, rate
 
 
 def locked_motion(rng: np.random.Generator, params: WalkerParams) -> Array:
@@ -105,41 +114,41 @@ def test_landing_of_a_free_ankle_or_on_a_step_is_the_height_above_that_ground() 
         height, speed = ground.clearance(y, c)
         flat = (height / L, speed / L)
         assert ground.landing(FREE, y, 0.0, c) == pytest.approx(flat, rel=1e-15)
-        for joints in (FREE, LOCKED):
-            value, rate = ground.landing(joints, y, step, c)
+        for locked in (FREE, LOCKED):
+            value, rate = ground.landing(locked, y, step, c)
             assert (value, rate) == pytest.approx(((height - step) / L, speed / L), rel=1e-14)
 
 
 def test_switch_is_the_fall_of_the_hip_angle_to_the_switch_angle() -> None:
     y = np.array([-2.0, 0.1, 3.2, 0.3, 0.3, -0.4])
-    guard = ground.guard_value(Guard.SWITCH_ANGLE, LOCKED, y, 2.9, 0.0, constants(THESIS))
+    guard = guard_at(Guard.SWITCH_ANGLE, LOCKED, y, 2.9, 0.0, constants(THESIS))
     assert guard == pytest.approx((3.1 - 2.9, -0.7), rel=1e-12)
 
 
-def test_guard_of_a_landing_is_the_landing_and_never_never_falls() -> None:
+def test_guards_of_a_landing_and_of_a_fall_are_the_landing_and_the_fall() -> None:
     rng = np.random.default_rng(7)
     c = constants(THESIS)
-    for joints in (FREE, LOCKED):
+    for locked in (FREE, LOCKED):
         y = random_motion(rng)
-        landing = ground.guard_value(Guard.LANDING, joints, y, 2.9, 0.02, c)
-        assert landing == ground.landing(joints, y, 0.02, c)
-        assert ground.guard_value(Guard.NEVER, joints, y, 2.9, 0.02, c) == (1.0, 0.0)
+        landing = guard_at(Guard.LANDING, locked, y, 2.9, 0.02, c)
+        assert landing == ground.landing(locked, y, 0.02, c)
+        assert guard_at(FALL, locked, y, 2.9, 0.02, c) == ground.upright(locked, y, c)
 
 
-@pytest.mark.parametrize("joints", list(Joints))
-def test_rates_of_all_guards_are_the_derivatives_of_their_values(joints: Joints) -> None:
+@pytest.mark.parametrize("locked", [LOCKED, FREE])
+def test_rates_of_all_guards_are_the_derivatives_of_their_values(locked: bool) -> None:
     rng = np.random.default_rng(8)
     for params in random_walkers(8, 50):
         c = constants(params)
         y = random_motion(rng)
         motion = np.concatenate([y[3:], np.zeros(3)])
-        for guard in Guard:
+        for guard in WATCHED:
             arguments = (2.9, 0.05, c)
 
             def value(state: Array, guard: Guard = guard, arguments: Any = arguments) -> float:
-                return ground.guard_value(guard, joints, state, *arguments)[0]
+                return guard_at(guard, locked, state, *arguments)[0]
 
-            rate = ground.guard_value(guard, joints, y, *arguments)[1]
+            rate = guard_at(guard, locked, y, *arguments)[1]
             assert rate == pytest.approx(derivative(value, y, motion), abs=1e-11)
 
 
@@ -150,11 +159,11 @@ def test_rate_of_uprightness_is_its_derivative_away_from_its_corners() -> None:
         c = constants(params)
         y = random_motion(rng)
         motion = np.concatenate([y[3:], np.zeros(3)])
-        for joints in (FREE, LOCKED):
-            rates = [ground.upright(joints, y + h * motion, c)[1] for h in (-2e-3, 0, 2e-3)]
+        for locked in (FREE, LOCKED):
+            rates = [ground.upright(locked, y + h * motion, c)[1] for h in (-2e-3, 0, 2e-3)]
             if max(np.abs(np.diff(rates))) > 0.1:  # the least of its terms changes here
                 continue
-            slope = derivative(lambda s, j=joints, c=c: ground.upright(j, s, c)[0], y, motion)
+            slope = derivative(lambda s, k=locked, c=c: ground.upright(k, s, c)[0], y, motion)
             assert rates[1] == pytest.approx(slope, abs=1e-11)
             checked += 1
     assert checked > 300
@@ -172,8 +181,8 @@ def standing(**changes: float) -> Array:
 
 
 def test_walker_in_mid_stride_is_upright_in_both_modes() -> None:
-    for joints in (FREE, LOCKED):
-        assert ground.upright(joints, standing(), constants(THESIS))[0] > 0.1
+    for locked in (FREE, LOCKED):
+        assert ground.upright(locked, standing(), constants(THESIS))[0] > 0.1
 
 
 HALF = 0.5 * math.pi
@@ -189,14 +198,14 @@ FALLS = [
 ]
 
 
-@pytest.mark.parametrize(("joints", "angles", "outcome"), FALLS)
+@pytest.mark.parametrize(("locked", "angles", "outcome"), FALLS)
 def test_each_fall_is_where_uprightness_vanishes_and_has_its_name(
-    joints: int, angles: dict[str, float], outcome: Outcome
+    locked: bool, angles: dict[str, float], outcome: Outcome
 ) -> None:
     c = constants(THESIS)
     y = standing(**angles)
-    assert ground.upright(joints, y, c)[0] == pytest.approx(0, abs=1e-15)
-    assert ground.name_fall(joints, y, c) == outcome
+    assert ground.upright(locked, y, c)[0] == pytest.approx(0, abs=1e-15)
+    assert ground.name_fall(locked, y, c) == outcome
 
 
 def test_foot_over_its_ankle_is_no_fall_while_it_is_locked() -> None:

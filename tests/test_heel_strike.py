@@ -207,6 +207,20 @@ def test_hip_much_heavier_than_the_feet_gives_garcias_heel_strike() -> None:
         assert new[5] - new[4] == pytest.approx(-0.4 * kept * (1 - kept), abs=ratio)
 
 
+def momentum_rounding(cycle: LimitCycle) -> float:
+    """How well the reference knows the swing rate after the strike, rad/s.
+
+    The trailing leg's mass lies 1 mm under the hip. That arm was taken as the difference of two
+    vectors of 1 m, each rounded; times the momentum of 1001 kg it gives 1e-13 of the leg's
+    1 kg m² rad/s. In exact arithmetic the worst of these gaits ends 1.28e-13 off the rate in
+    its file.
+    """
+    p = cycle.params
+    speed = p.leg_length * abs(sum(cycle.pre_heelstrike[3:5]))  # of the hip about the ankle
+    inertia = p.leg_inertia + p.leg_mass * (p.leg_length - p.com_along) ** 2
+    return 2.0 * math.ulp(0.5 * p.leg_length) * p.leg_mass * speed / inertia
+
+
 @pytest.mark.parametrize("cycle", LIMIT_CYCLES, ids=str)
 def test_reference_gaits_strike_the_floor_as_they_should(cycle: LimitCycle) -> None:
     """Both physics: the state before each strike goes over into the state after it."""
@@ -216,4 +230,5 @@ def test_reference_gaits_strike_the_floor_as_they_should(cycle: LimitCycle) -> N
     turns = (angles[2] - cycle.post_heelstrike[2]) / (2 * math.pi)
     assert turns == pytest.approx(round(turns), abs=1e-14)
     assert angles[:2] == pytest.approx(cycle.post_heelstrike[:2], abs=1e-14)
-    assert rates == pytest.approx(cycle.post_heelstrike[3:], abs=1e-13)
+    assert rates[:2] == pytest.approx(cycle.post_heelstrike[3:5], abs=1e-14)
+    assert rates[2] == pytest.approx(cycle.post_heelstrike[5], abs=momentum_rounding(cycle))

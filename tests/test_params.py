@@ -17,11 +17,11 @@ from powered_walker_env.params import (
     Control,
     WalkerParams,
 )
-from tests.samples import random_walkers
+from tests.samples import constants, random_walkers
 
 NUMBERS = [f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics"]
 POSITIVE = ["leg_length", "leg_mass", "gravity", "no_load_speed"]
-NOT_NEGATIVE = ["foot_length", "foot_radius", "leg_inertia"]
+NOT_NEGATIVE = ["foot_length", "foot_radius", "leg_inertia", "hip_stiffness"]
 PI = math.pi
 
 
@@ -80,6 +80,7 @@ def test_number_too_large_for_a_float_is_not_finite() -> None:
         ("foot_length", 0.0),
         ("foot_radius", 0.0),
         ("leg_inertia", 0.0),
+        ("hip_stiffness", 0.0),
         ("com_along", -0.5),
         ("physics", AS_PUBLISHED),
     ],
@@ -88,9 +89,21 @@ def test_edge_of_a_domain_is_inside(name: str, value: Any) -> None:
     assert getattr(WalkerParams(**{name: value}), name) == value
 
 
-def test_leg_with_all_its_mass_at_the_hip_has_no_equation_of_motion() -> None:
-    with pytest.raises(ValueError, match="leg_inertia must give the leg some inertia about the h"):
-        WalkerParams(com_along=1.0, leg_inertia=0.0)
+def test_leg_with_all_its_mass_at_the_hip_is_the_limit_of_a_massless_foot() -> None:
+    """Its swing leg still has an equation of motion: that of any mass at the ankle, divided by it.
+
+    The kernels then take the swing leg as a unit mass at the ankle that does not pull at the
+    rest; off that limit, however little, a leg is what its fields say.
+    """
+    massless = constants(WalkerParams(com_along=1.0, leg_inertia=0.0))
+    assert (massless.swing_mass, massless.swing_inertia, massless.reaction) == (1.0, 0.0, 0.0)
+    assert massless.hip_to_com == massless.L
+    little: dict[str, float]
+    for little in ({"leg_inertia": 1e-300}, {"com_across": 1e-300}, {"com_along": 1.0 + 2**-52}):
+        walker = WalkerParams(**{"com_along": 1.0, "leg_inertia": 0.0, **little})
+        leg = constants(walker)
+        assert (leg.swing_mass, leg.reaction) == (walker.leg_mass, 1.0)
+        assert leg.hip_to_com == complex(1.0 - walker.com_along, -walker.com_across)
 
 
 @pytest.mark.parametrize("value", [1, np.float32(1), np.float64(1), np.int64(1)])

@@ -78,12 +78,23 @@ def test_composite_leg_takes_every_other_field_of_the_walker() -> None:
             {"hip_mass": 1.0, "frame_mass": 1.0, "frame_inertia": -0.01},
             "frame_inertia must not be negative, got -0.01",
         ),
-        ({"hip_mass": 1.0}, "leg_inertia must give the leg some inertia about the hip"),
     ],
 )
 def test_impossible_part_of_a_leg_is_named(parts: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         WalkerParams.from_composite_leg(**parts)
+
+
+@pytest.mark.parametrize("hip_mass", [0.1, 0.5, 5.0, 1000.0])
+@pytest.mark.parametrize("leg_length", [0.3, 1.0, 1.7])
+def test_hip_alone_is_the_leg_of_the_massless_limit_to_the_last_bit(
+    hip_mass: float, leg_length: float
+) -> None:
+    """No inertia, and its centre of mass exactly at the hip: rounding does not spoil the limit."""
+    leg = WalkerParams.from_composite_leg(hip_mass=hip_mass, leg_length=leg_length)
+    assert (leg.leg_mass, leg.leg_inertia) == (hip_mass, 0.0)
+    assert (leg.com_along, leg.com_across) == (leg_length, 0.0)
+    check_walkable(leg, None)
 
 
 @pytest.mark.parametrize("angle", [0.0, -0.1, 2 * math.pi, 7.1])

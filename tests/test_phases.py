@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from powered_walker_env.phases import (
@@ -9,7 +10,6 @@ from powered_walker_env.phases import (
     PASSIVE_WALKER,
     POWERED_WALKER,
     Cycle,
-    EncodedCycle,
     Exit,
     Guard,
     Joints,
@@ -19,6 +19,7 @@ from powered_walker_env.phases import (
     Torque,
     encode,
 )
+from tests.derivation import Array
 
 LANDED = Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED)
 #: A walker that swings with a limp ankle between its stop and its motor, then goes back.
@@ -30,10 +31,10 @@ THREE_PHASES: Cycle = (
 CYCLES = {"powered": POWERED_WALKER, "passive": PASSIVE_WALKER, "three phases": THREE_PHASES}
 
 
-def decode(encoded: EncodedCycle, names: list[str]) -> Cycle:
-    """The list back from the integers, as their documentation describes them."""
+def decode(encoded: Array, names: list[str]) -> Cycle:
+    """The list back from the numbers, as their documentation describes them."""
     phases = []
-    for name, (joints, torque, *codes) in zip(names, encoded, strict=True):
+    for name, (joints, torque, *codes) in zip(names, encoded.astype(int).tolist(), strict=True):
         triples = [codes[i : i + 3] for i in range(0, len(codes), 3)]
         exits = tuple(
             Exit(Guard(guard), Reset(reset), names[to] if to >= 0 else Outcome(-1 - to))
@@ -51,8 +52,16 @@ PADDING = Exit(Guard.NEVER, Reset.CONTINUE, Outcome.STEP_LIMIT)
 def test_encoding_loses_nothing(cycle: Cycle) -> None:
     encoded = encode(cycle)
     assert decode(encoded, [phase.name for phase in cycle]) == cycle
-    assert {len(phase) for phase in encoded} == {2 + 3 * MAX_EXITS}
-    assert all(type(code) is int for phase in encoded for code in phase)  # numba: no enums
+    assert encoded.shape == (len(cycle), 2 + 3 * MAX_EXITS)
+    assert encoded.dtype == np.float64  # the kernel's tables hold nothing else
+    np.testing.assert_array_equal(encoded, encoded.astype(int))
+
+
+def test_an_encoded_cycle_is_shared_and_cannot_be_changed() -> None:
+    code = encode(POWERED_WALKER)
+    assert encode(POWERED_WALKER) is code
+    with pytest.raises(ValueError, match="read-only"):
+        code[0, 0] = 1.0
 
 
 def test_powered_walker_swings_until_the_switch_angle_then_pushes_until_it_lands() -> None:

@@ -4,39 +4,47 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, WalkerParams, kernel, record
 from powered_walker_env.phases import PASSIVE_WALKER, POWERED_WALKER, Cycle, Outcome, encode
-from powered_walker_env.physics.constants import pack
+from powered_walker_env.physics.constants import PACKED, pack
 from powered_walker_env.poincare.maps import StrideMap, control_row
 from powered_walker_env.sensitivity import OUTPUTS
+from powered_walker_env.stride import NO_LOG
 from tests.derivation import Array
 from tests.published import PASSIVE_GAITS
 from tests.samples import POWERED
 
-DIRECTIONS = 17  # state 4, control 2, and the 11 numbers of a packed walker
+WALKER = slice(6, 6 + PACKED)  # columns of a point: state 4, control 2, packed walker
+DIRECTIONS = 6 + PACKED - 1  # all of them but the walker's physics, which is no number
+FLAT = np.zeros(1)
+
+
+def run(cycle: Cycle, points: Array, rtol: float, changes: Array | None = None) -> tuple[Any, Any]:
+    """Results and derivatives (N, n, OUTPUTS); each row of points is its own walker."""
+    count, n = len(points), 0 if changes is None else len(changes)
+    results, derivatives = np.empty((count, record.RESULTS)), np.empty((count * n, OUTPUTS))
+    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6), WALKER))
+    kernel.run_strides(
+        encode(cycle), *parts, FLAT, rtol, results, 0.0, NO_LOG, changes, derivatives
+    )
+    return results, derivatives.reshape(count, n, OUTPUTS)
 
 
 def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
     """(OUTPUTS, DIRECTIONS) by the variational equations."""
-    results, outcomes = np.empty((1, record.RESULTS)), np.empty(1, np.int64)
-    derivatives = np.empty((1, DIRECTIONS, OUTPUTS))
-    kernel.differentiate_strides(
-        encode(cycle), point[np.newaxis, :4], point[np.newaxis, 4:6], point[np.newaxis, 6:],
-        rtol, np.eye(DIRECTIONS, 18), results, outcomes, derivatives,
-    )  # fmt: skip
-    assert outcomes[0] == Outcome.WALKED
-    return derivatives[0].T
+    results, derivatives = run(cycle, point[np.newaxis], rtol, np.eye(DIRECTIONS, 6 + PACKED))
+    assert results[0, record.OUTCOME] == Outcome.WALKED
+    return np.asarray(derivatives[0].T)
 
 
 def outputs(cycle: Cycle, points: Array) -> Array:
     """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
-    results, outcomes = np.empty((len(points), record.RESULTS)), np.empty(len(points), np.int64)
-    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6), slice(6, 18)))
-    kernel.run_strides(encode(cycle), *parts, np.zeros(1), 1e-13, results, outcomes)
+    results, _ = run(cycle, points, 1e-13)
     wanted = (record.DURATION, record.STEP_LENGTH)
     return np.column_stack([results[:, record.STATE], *(results[:, k] for k in wanted)])
 
@@ -77,7 +85,7 @@ def test_derivatives_of_a_passive_stride_are_exact_in_every_direction(gait) -> N
 
 def test_derivatives_away_from_the_gait_and_with_nothing_zero_are_exact() -> None:
     params, control, state, _ = PRESETS["round-foot"]
-    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0)
+    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0, hip_stiffness=0.2)
     away = np.add(state, [0.005, -0.005, 0.02, 0.02])
     agree(POWERED_WALKER, general, away, control)
 
@@ -123,22 +131,18 @@ def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones(
     params, control, state, _ = PRESETS["camp1997"]
     point = np.concatenate([state, control_row(control), pack(params)])
     count, rtol = 200, 1e-9
-    starts, controls = np.tile(point[:4], (count, 1)), np.tile(point[4:6], (count, 1))
-    results, outcomes = np.empty((count, record.RESULTS)), np.empty(count, np.int64)
-    derivatives, walker = np.empty((count, 6, OUTPUTS)), point[np.newaxis, 6:]
-    arguments = (encode(POWERED_WALKER), starts, controls, walker)
+    points = np.tile(point, (count, 1))
 
-    def seconds(run: Callable[[], object]) -> float:
+    def seconds(work: Callable[[], object]) -> float:
         begin = time.process_time()
-        run()
+        work()
         return time.process_time() - begin
 
     def plain() -> None:
-        kernel.run_strides(*arguments, np.zeros(1), rtol, results, outcomes)
+        run(POWERED_WALKER, points, rtol)
 
     def differentiated() -> None:
-        directions = np.eye(6, 18)
-        kernel.differentiate_strides(*arguments, rtol, directions, results, outcomes, derivatives)
+        run(POWERED_WALKER, points, rtol, np.eye(6, 6 + PACKED))
 
     plain(), differentiated()
     pairs = [(seconds(differentiated), seconds(plain)) for _ in range(15)]
