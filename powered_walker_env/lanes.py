@@ -18,6 +18,7 @@ import operator
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin, lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import intrinsic, models, overload, register_model, type_callable
@@ -361,6 +362,12 @@ def _table(context, builder, data, columns):
     return made._getvalue()
 
 
+def _check_layout(array):
+    """A table has no strides: reject, as kernels are compiled, what would need them."""
+    if array.layout != "C" or array.dtype != types.float64:
+        raise TypingError(f"a table needs a C-contiguous array of float64, got {array}")
+
+
 @intrinsic
 def table(typing_context, array):
     """An array of floats, (n, m) or (n,) for m = 1, as a `Table`: a pointer, no owner.
@@ -368,6 +375,8 @@ def table(typing_context, array):
     Arrays count who holds them, at each call of a function; tables do not, and whoever
     makes one must keep the array.
     """
+
+    _check_layout(array)
 
     def code(context, builder, signature, args):
         (kind,) = signature.args
@@ -384,6 +393,8 @@ def table(typing_context, array):
 def eights(typing_context, array):
     """A flat array as a `Table` of rows of lanes, from its first multiple of 64 bytes on."""
 
+    _check_layout(array)
+
     def code(context, builder, signature, args):
         data = context.make_array(signature.args[0])(context, builder, args[0]).data
         address = builder.ptrtoint(data, ir.IntType(64))
@@ -398,6 +409,21 @@ def _entry(context, builder, kind, value, row, column):
     made = cgutils.create_struct_proxy(TABLE)(context, builder, value=value)
     place = builder.add(builder.mul(row, made.columns), column)
     return builder.gep(made.data, [place])
+
+
+@intrinsic
+def unseen(typing_context, row):
+    """The same number, of which the compiler knows nothing.
+
+    What is loaded by it is not recognised as loaded before: no product is shared with
+    other code, which the compiler would then fuse otherwise, to other bits.
+    """
+
+    def code(context, builder, signature, args):
+        kind = ir.FunctionType(ir.IntType(64), [ir.IntType(64)])
+        return builder.asm(kind, "", "=r,0", [args[0]], True)
+
+    return types.int64(types.int64), code
 
 
 @intrinsic

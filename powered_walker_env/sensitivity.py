@@ -6,6 +6,8 @@ the saltation matrix corrects for the event's time moving: with the guard g and 
 f⁻ before and f⁺ after, dt = −(∇g·S + ∂g/∂p)/ġ and S⁺ = S + (f⁻ − f⁺) dt (Leine and
 Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7);
 a reset R gives ∂R/∂y (S + f⁻ dt) + ∂R/∂p.
+
+States are loaded `unseen`: asking for derivatives must not change a bit of the stride.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from powered_walker_env.integrator import (
     store_state,
     weighted,
 )
-from powered_walker_env.lanes import Table, bits, load, rows_from, where
+from powered_walker_env.lanes import Table, bits, load, rows_from, unseen, where
 from powered_walker_env.lockstep import FALL, blend
 from powered_walker_env.phases import Guard, Reset
 from powered_walker_env.physics.actuation import flow
@@ -98,6 +100,18 @@ def write_derivatives(d, index, lane, walked):
 
 
 @internal
+def _state(rows):
+    """A state of the stride, for the derivatives' own use."""
+    return load_state(rows, unseen(0))
+
+
+@internal
+def _walkers(w):
+    """The walkers' constants, for the derivatives' own use."""
+    return lanes_of(rows_from(w.constants, unseen(0)))
+
+
+@internal
 def begin(d, lane):
     """S at the start of a stride: both feet locked, φ = α − lock."""
     for k in range(d.n):
@@ -128,11 +142,15 @@ def _blend_state(array, row, mask, y):
 @internal
 def propagate(d, s, w, mask):
     """Carry S over the steps just taken, where the mask holds, and on to the events."""
-    c, drive, locked = lanes_of(w.constants), acting(w), load(w.locked, 0) > 0.0
+    c, drive, locked = (
+        _walkers(w),
+        acting(w),
+        load(w.locked, 0) > 0.0,
+    )
     h, correction, fresh = load(w.length, 0), load(s.correction, 0), load(s.fresh, 0) > 0.0
     unfold = direction(-c.lock)
     for stage in range(STAGES + 1):
-        y = load_state(w.stages, DIMENSION * stage)
+        y = load_state(w.stages, unseen(DIMENSION * stage))
         slope = load_state(w.slopes, DIMENSION * stage)
         at = vectors(y[0], y[1], y[2], c)
         matrix = mass_matrix(at[0], at[1], at[2], at[3], c)
@@ -183,7 +201,7 @@ def leave_phases(d, s, w, mask):
 
     An event that is there already at the start of its phase does not move.
     """
-    c, y, drive = lanes_of(w.constants), load_state(w.y, 0), acting(w)
+    c, y, drive = _walkers(w), _state(w.y), acting(w)
     before = flow(load(w.locked, 0) > 0.0, y, drive, c)
     target = where(mask & (load(s.elapsed, 0) > 0.0), load(s.target, 0), 0.0)
     unfold = direction(-c.lock)
@@ -204,7 +222,11 @@ def leave_phases(d, s, w, mask):
 @internal
 def stop_phases(d, s, w, mask):
     """S through the impact at the ankle's stop, y being just before it."""
-    c, y, struck = lanes_of(w.constants), load_state(w.y, 0), load_state(s.struck, 0)
+    c, y, struck = (
+        _walkers(w),
+        _state(w.y),
+        _state(s.struck),
+    )
     at = vectors(y[0], y[1], y[2], c)
     matrix = mass_matrix(at[0], at[1], at[2], at[3], c)
     a11, a12, a21, a22 = stance_matrix(y[0], y[1], y[2], c)
@@ -226,7 +248,12 @@ def stop_phases(d, s, w, mask):
 @internal
 def enter_phases(d, s, w, mask):
     """The other half of the saltation, S − f⁺ dt, where a phase follows in the same stride."""
-    after = flow(load(w.locked, 0) > 0.0, load_state(w.y, 0), acting(w), lanes_of(w.constants))
+    after = flow(
+        load(w.locked, 0) > 0.0,
+        _state(w.y),
+        acting(w),
+        _walkers(w),
+    )
     for k in range(d.n):
         S = load_state(d.S, DIMENSION * k)
         _blend_state(d.S, DIMENSION * k, mask, plus(S, -load(d.shift, k), after))
@@ -255,7 +282,11 @@ def _either(condition, yes, no):
 @internal
 def strike(d, s, w, mask):
     """The result: derivatives of the post-strike state, the duration and the step length."""
-    c, y, struck = lanes_of(w.constants), load_state(w.y, 0), load_state(s.struck, 0)
+    c, y, struck = (
+        _walkers(w),
+        _state(w.y),
+        _state(s.struck),
+    )
     at = vectors(y[0], y[1], y[2], c)
     contact = new_contact(y[0], y[1], y[2], c)
     place = _either(c.as_published, (y[0], y[1], y[2]), swapped(y[2], y[1], c))

@@ -11,21 +11,11 @@ import pytest
 
 from powered_walker_env import PRESETS, Outcome, WalkerParams, kernel, record, stride_batch, threads
 from powered_walker_env.lanes import LANES
-from powered_walker_env.phases import (
-    PASSIVE_WALKER,
-    POWERED_WALKER,
-    Cycle,
-    Exit,
-    Guard,
-    Joints,
-    Phase,
-    Reset,
-    Torque,
-    encode,
-)
+from powered_walker_env.phases import Cycle, Exit, Guard, Joints, Phase, Reset, Torque, encode
 from powered_walker_env.physics.constants import PACKED, pack
+from powered_walker_env.schemes import PASSIVE_WALKER, POWERED_WALKER, scheme_of
 from powered_walker_env.sensitivity import OUTPUTS
-from powered_walker_env.stride import NO_LOG, PASSIVE_CONTROL
+from powered_walker_env.stride import NO_LOG
 from tests.derivation import Array
 from tests.samples import PASSIVE, POWERED
 
@@ -68,9 +58,7 @@ def mixed(names: list[str], seed: int) -> Rows:
     for i in range(ORDER):
         params, control, state, _ = PRESETS[names[i % len(names)]]
         states.append(np.array(state) + rng.normal(size=4) * SPREAD)
-        controls.append(
-            PASSIVE_CONTROL if control is None else (control.switch_angle, control.stall_torque)
-        )
+        controls.append(scheme_of(control).row(control))
         walkers.append(pack(params))
     rows = Rows(
         PASSIVE_WALKER if names == PASSIVE else POWERED_WALKER,
@@ -227,7 +215,10 @@ def seconds(rows: Rows) -> float:
 BALANCED = WalkerParams(foot_length=0.0, foot_radius=0.3, com_along=0.2, leg_inertia=100.0)
 ENDLESS = {
     Outcome.NO_LANDING: Rows(
-        PASSIVE_WALKER, np.zeros((1, 4)), np.array([PASSIVE_CONTROL]), pack(BALANCED)[np.newaxis]
+        PASSIVE_WALKER,
+        np.zeros((1, 4)),
+        np.array([scheme_of(None).row(None)]),
+        pack(BALANCED)[np.newaxis],
     ),
     Outcome.STEP_LIMIT: repeated("round-foot", 1, control=(2.704, 1e9)),
 }

@@ -25,12 +25,11 @@ from powered_walker_env import (
     stride,
 )
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING
-from powered_walker_env.phases import PASSIVE_WALKER
 from powered_walker_env.physics.constants import PACKED, pack
 from powered_walker_env.physics.heel_strike import heel_strike
 from powered_walker_env.physics.swing import accelerations, energy
 from powered_walker_env.poincare import SpecialKind
-from powered_walker_env.poincare.maps import control_row
+from powered_walker_env.schemes import PASSIVE_WALKER, scheme_of
 from powered_walker_env.validation.published import load
 from tests.derivation import Array
 from tests.samples import constants
@@ -69,7 +68,7 @@ def test_swing_is_garcia_s_two_equations_to_rounding() -> None:
         theta, phi, dtheta = -alpha, s - alpha, -dalpha
         ddtheta = math.sin(theta - gamma)
         ddphi = ddtheta + dtheta**2 * math.sin(phi) - math.cos(theta - gamma) * math.sin(phi)
-        found = accelerations(True, y, 0.0, constants(SIMPLEST.replace(slope=gamma)))
+        found = accelerations(True, y, 0.0, 0.0, constants(SIMPLEST.replace(slope=gamma)))
         assert found == pytest.approx((-ddtheta, -ddtheta, ddphi - ddtheta), abs=3e-15)
 
 
@@ -199,7 +198,7 @@ def directions() -> Array:
 @pytest.mark.parametrize("physics", [CONSERVING, AS_PUBLISHED])
 def test_derivatives_are_those_of_differences(physics: str) -> None:
     params = light_feet(0.0, **GENERAL, physics=physics)
-    point = np.concatenate([START, control_row(None), pack(params)])
+    point = np.concatenate([START, np.array(scheme_of(None).row(None)), pack(params)])
     _, exact = run(PASSIVE_WALKER, point[np.newaxis], 1e-13, directions())
     offsets = np.array([-3, -2, -1, 1, 2, 3])
     weights = np.array([-1, 9, -45, 45, -9, 1]) / 60  # a sixth-order central difference

@@ -7,8 +7,6 @@ import pytest
 
 from powered_walker_env.phases import (
     MAX_EXITS,
-    PASSIVE_WALKER,
-    POWERED_WALKER,
     Cycle,
     Exit,
     Guard,
@@ -19,6 +17,7 @@ from powered_walker_env.phases import (
     Torque,
     encode,
 )
+from powered_walker_env.schemes import PASSIVE_WALKER, POWERED_WALKER
 from tests.derivation import Array
 
 LANDED = Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED)

@@ -9,10 +9,11 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, find_gait
 from powered_walker_env.poincare import Gait, StrideMap
-from powered_walker_env.poincare.maps import control_row, natural_units
+from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.robustness import gait_sensitivity
 from powered_walker_env.poincare.transitions import transition_times
+from powered_walker_env.schemes import scheme_of
 from powered_walker_env.stride import stride_batch
 from tests.derivation import Array
 
@@ -77,7 +78,7 @@ def test_where_a_step_down_is_another_stride_the_derivative_is_that_of_steps_up(
     gait = gait_of("open loop")
     found = gait_sensitivity(gait, {"step_height": 1.0}, {"duration": 1.0})
     heights = np.array([0.0, 1e-5])
-    controls = np.tile(control_row(ROUND.control), (2, 1))
+    controls = np.tile(np.array(scheme_of(ROUND.control).row(ROUND.control)), (2, 1))
     batch = stride_batch(np.tile(gait.state, (2, 1)), controls, ROUND.params, step_height=heights,
                          rtol=1e-13)  # fmt: skip
     slope = np.diff(batch.duration)[0] / 1e-5

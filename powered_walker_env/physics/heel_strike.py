@@ -40,15 +40,16 @@ def momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c):
     spin = c.I * (dalpha + dbeta)
     arm_B = P + H + c.reaction * B - contact
     walker = inner(P + A - contact, velocity_A) + inner(arm_B, velocity_B)
-    leg = trailing_com(H, alpha, c)
-    trailing = inner(leg - H, P * dphi + leg * dalpha)
+    arm = from_hip(alpha, c)
+    trailing = inner(arm, P * dphi + (H + arm) * dalpha)
     return spin + c.M * walker, c.swing_inertia * dalpha + c.swing_mass * trailing
 
 
 @kernel
-def trailing_com(H, alpha, c):
-    """From the ankle to the mass that swings in the next stride: A, unless that is massless."""
-    return H - c.hip_to_com * direction(alpha)
+def from_hip(alpha, c):
+    """From the hip to the mass that swings in the next stride: A − H, without the cancellation,
+    and the vanishing mass at the ankle in the limit of a massless foot."""
+    return -1.0 * (c.hip_to_com * direction(alpha))
 
 
 @kernel

@@ -14,7 +14,7 @@ from powered_walker_env.compilation import internal
 from powered_walker_env.lanes import where
 from powered_walker_env.physics.actuation import stop_unit
 from powered_walker_env.physics.constants import Constants
-from powered_walker_env.physics.heel_strike import trailing_com
+from powered_walker_env.physics.heel_strike import from_hip
 from powered_walker_env.physics.swing import direction, inner, mass_matrix, solve, turned, vectors
 
 
@@ -217,10 +217,10 @@ def momenta_before_tangent(y, t, vectors, changes, contact, c, d):
     orbital = inner(arm_A, v_A) + inner(arm_B, v_B)
     dorbital = inner(darm_A, v_A) + inner(arm_A, dv_A) + inner(darm_B, v_B) + inner(arm_B, dv_B)
     walker = d.I * (y[4] + y[5]) + c.I * (t[4] + t[5]) + d.M * orbital + c.M * dorbital
-    com = trailing_com(H, y[1], c)
-    dcom = dH - d.hip_to_com * direction(y[1]) - times_i(c.hip_to_com * direction(y[1])) * t[1]
+    leg = from_hip(y[1], c)
+    dleg = times_i(leg) * t[1] - d.hip_to_com * direction(y[1])
+    com, dcom = H + leg, dH + dleg
     v, dv = P * y[3] + com * y[4], dP * y[3] + P * t[3] + dcom * y[4] + com * t[4]
-    leg, dleg = com - H, dcom - dH
     trailing = d.swing_inertia * y[4] + c.swing_inertia * t[4] + d.swing_mass * inner(leg, v)
     return walker, trailing + c.swing_mass * (inner(dleg, v) + inner(leg, dv))
 
