@@ -2,7 +2,7 @@
 
 Libraries' functions take one number at a time. These are the minimax polynomials of
 Sun's fdlibm (k_sin.c, k_cos.c, 1993) on |x| <= pi/4, after the subtraction of quarter
-turns in two parts (Cody and Waite 1980): within two units in the last place for
+turns in three parts (Cody and Waite 1980): within two units in the last place for
 |x| < 1e5 rad, which no walker reaches.
 """
 
@@ -16,8 +16,12 @@ from numba.extending import intrinsic, overload
 from powered_walker_env.compilation import internal
 from powered_walker_env.lanes import _FLOATS, _INTS, Lanes, Mask, _constant, where
 
-# π/2 in two parts; the first has 33 bits, so that a hundred thousand times it is exact.
-_QUARTER, _QUARTER_2 = 1.57079632673412561417, 6.07710050650619224932e-11
+# π/2 in three parts; the first two have 33 bits, so that a hundred thousand times they are exact.
+_QUARTER, _QUARTER_2, _QUARTER_3 = (
+    1.5707963267341256,
+    6.077100506303966e-11,
+    2.0222662487959506e-21,
+)
 _S1, _S2, _S3, _S4, _S5, _S6 = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -71,7 +75,7 @@ def _signed(typing_context, x, sign):
 @internal
 def _sine_cosine(x):
     quarters, odd, sine_sign, cosine_sign = _quarters(x)
-    r = (x - quarters * _QUARTER) - quarters * _QUARTER_2
+    r = ((x - quarters * _QUARTER) - quarters * _QUARTER_2) - quarters * _QUARTER_3
     z = r * r
     sine = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
     rest = z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))

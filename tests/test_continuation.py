@@ -285,7 +285,7 @@ def test_bad_arguments_are_named(figure_6: Branch) -> None:
     with pytest.raises(ValueError, match="max_points must be at least 1"):
         continue_gait(gait, "slope", (-0.1, 0.1), max_points=0)
     standing = passive("compass")
-    with pytest.raises(ValueError, match="must not be 'switch_angle' for a passive walker"):
+    with pytest.raises(ValueError, match="must not be 'switch_angle' for this walker"):
         continue_gait(find_gait(standing.params, None, standing.state), "switch_angle", (2.0, 3.0))
     fold = figure_6.of_kind(FOLD)[0]
     with pytest.raises(ValueError, match=r"point must be a period doubling .* got a fold"):

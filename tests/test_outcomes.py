@@ -121,7 +121,7 @@ def test_bad_input_is_refused_with_its_name_and_value() -> None:
         stride(good, control, params, rtol=0.0)
     with pytest.raises(ValueError, match="step_height must be finite"):
         stride(good, control, params, step_height=math.nan)
-    with pytest.raises(TypeError, match="control must be a Control"):
+    with pytest.raises(TypeError, match="control must be one of Control"):
         stride(good, (2.9, 700.0), params)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="params must be a WalkerParams"):
         stride(good, control, {"leg_length": 1.0})  # type: ignore[arg-type]

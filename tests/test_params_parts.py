@@ -14,8 +14,8 @@ from powered_walker_env.params import (
     PostStrikeState,
     WalkerParams,
     check_state,
-    check_walkable,
 )
+from powered_walker_env.schemes import check_walkable
 
 STATE = PostStrikeState(-0.1, 0.2, 0.5, 0.4)
 
@@ -162,5 +162,5 @@ def test_motor_needs_a_foot_with_a_lever_on_the_floor() -> None:
 def test_arguments_of_another_type_are_named() -> None:
     with pytest.raises(TypeError, match=r"params must be a WalkerParams, got \{\}"):
         check_walkable({}, None)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"control must be a Control, .* got \(2\.9, 700\)"):
+    with pytest.raises(TypeError, match=r"control must be one of Control, .* got \(2\.9, 700\)"):
         check_walkable(WalkerParams(), (2.9, 700))  # type: ignore[arg-type]

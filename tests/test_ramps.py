@@ -87,7 +87,7 @@ def test_bad_ramps_are_refused() -> None:
         bifurcation_diagram(params, control, "stall_torque", [2.0, 1.0], state=state)
     with pytest.raises(ValueError, match=r"parameter must be one of .* got 'colour'"):
         bifurcation_diagram(params, control, "colour", [1.0], state=state)
-    with pytest.raises(ValueError, match="'stall_torque' belongs to a constant Control, got"):
+    with pytest.raises(ValueError, match="'stall_torque' is no number of a constant control, got"):
         changed(params, None, "stall_torque", 1.0)
     with pytest.raises(ValueError, match="keep at least 2, got 200 and 1"):
         bifurcation_diagram(params, control, "slope", [0.0], state=state, keep=1)

@@ -92,7 +92,7 @@ def test_the_regulator_is_linear_within_bounds_and_knows_its_derivative() -> Non
 
 
 def test_bad_searches_are_refused() -> None:
-    with pytest.raises(ValueError, match="half_range must be two positive numbers"):
+    with pytest.raises(ValueError, match="half_range must be 2 positive numbers"):
         viable_states(GAIT, (0.1, 0.0), STARTS)
     with pytest.raises(ValueError, match="grid must be at least 2 by 2"):
         viable_states(GAIT, REACH, STARTS, grid=(1, 5))
