@@ -26,14 +26,15 @@ import numba
 from numba.core import event
 
 _PACKAGE = Path(__file__).parent
-_CONSTANTS = ("lanes.py", "phases.py")  # compiled in, though nothing in them is a kernel
+# Compiled in, though not all of it is a kernel.
+_COMPILED_IN = (_PACKAGE / "phases.py", *sorted((_PACKAGE / "lanes").glob("*.py")))
 
 
 def _sources_hash() -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(_PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if path.name in _CONSTANTS or b"powered_walker_env.compilation" in source:
+        if path in _COMPILED_IN or b"powered_walker_env.compilation" in source:
             digest.update(source)
     return digest.hexdigest()[:16]
 

@@ -23,7 +23,6 @@ from powered_walker_env.events import (
     arrive,
     first_fall,
     landing_lanes,
-    over_at_once,
     planned,
     suspicions,
     watch,
@@ -38,7 +37,6 @@ from powered_walker_env.integrator import (
     state_of,
     step,
     step_factor,
-    store_state,
     workspace,
 )
 from powered_walker_env.lanes import (
@@ -58,49 +56,32 @@ from powered_walker_env.lockstep import (
     LOCKSTEP_ROWS,
     Batch,
     blend,
-    enter,
     lockstep,
-    place,
-    rest,
-    row_of,
 )
-from powered_walker_env.phases import MAX_EXITS, Outcome, Reset
-from powered_walker_env.physics.actuation import flow
-from powered_walker_env.physics.constants import lane_of, lanes_of, unpack
-from powered_walker_env.physics.ground import name_fall
-from powered_walker_env.physics.heel_strike import heel_strike
-from powered_walker_env.physics.push_off import push_off, work_after, work_before, work_with
-from powered_walker_env.physics.stop import caught
-from powered_walker_env.physics.swing import kinetic_energy
+from powered_walker_env.phases import Outcome
+from powered_walker_env.physics.constants import lanes_of
 from powered_walker_env.record import (
     TOTALS_ROWS,
     add_step,
-    clear,
     log_step,
-    look,
     totals,
-    travel,
     write_log,
-    write_row,
 )
 from powered_walker_env.sensitivity import (
     DIRECTION_ROWS,
-    begin,
     directions_of,
-    enter_phases,
-    leave_phases,
     propagate,
-    stop_phases,
-    strike,
-    write_derivatives,
+)
+from powered_walker_env.turns import (
+    MAX_PHASES,
+    NOT_FINITE,
+    STEP_LIMIT,
+    begin_phases,
+    end_phases,
+    next_stride,
 )
 
-CONTINUE, HEEL_STRIKE = int(Reset.CONTINUE), int(Reset.HEEL_STRIKE)
-STOP_RESET = int(Reset.STOP)
-PUSH_BEFORE, PUSH_WITH = int(Reset.PUSH_BEFORE), int(Reset.PUSH_WITH)
-PUSH_AFTER = int(Reset.PUSH_AFTER)
-WALKED, NO_LANDING = int(Outcome.WALKED), int(Outcome.NO_LANDING)
-NOT_FINITE, STEP_LIMIT = int(Outcome.NOT_FINITE), int(Outcome.STEP_LIMIT)
+NO_LANDING = int(Outcome.NO_LANDING)
 
 # All times in units of √(L/g).
 TIME_LIMIT = 20.0  # no landing by then is a fall; the nearly simplest walker takes 3.9
@@ -108,152 +89,9 @@ LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
 LINEAR = 1e-3  # times √rtol: a way to an event that is linear to its square
 MAX_STEPS = 20_000
-MAX_PHASES = 16
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
 EVERY_LANE = (1 << LANES) - 1
 KERNEL_ROWS = LOCKSTEP_ROWS + WORKSPACE_ROWS + TOTALS_ROWS
-
-
-@internal
-def _next_stride(s, w, sums, lane, queue, batch, d):
-    """Place the next stride that can begin in a free lane; the strides begun so far."""
-    states = batch.states
-    for index in range(queue, batch.strides):
-        c = unpack(batch.rows, row_of(index, batch.row_count))
-        place(s, w, lane, index, batch, c)
-        clear(sums, lane)
-        enter(s, w, lane, 0, batch)
-        if d is not None:
-            begin(d, lane)
-        if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
-            return index + 1
-        _finish(s, w, sums, lane, NOT_FINITE, batch, d)
-    rest(s, lane)
-    return batch.strides
-
-
-@internal
-def _begin_phases(s, w, sums, begun):
-    """Slopes, guards and sums where phases begin (bits); those that are over at once."""
-    mask, y, c, drive = mask_of(begun), load_state(w.y, 0), lanes_of(w.constants), acting(w)
-    locked = load(w.locked, 0) > 0.0
-    slope = flow(locked, y, drive, c)
-    for i in range(DIMENSION):
-        blend(w.slopes, i, mask, slope[i])
-    watch(s, locked, y, drive, c, mask, s.value, s.rate)
-    look(sums, mask, y, drive, c)
-    return over_at_once(s) & begun
-
-
-@internal
-def _impact(s, w):
-    """Heel strikes of all eight, with or without a push, or their ankles' stops: from w.y to
-    s.struck; energy lost, work of the push and way travelled."""
-    y, c = load_state(w.y, 0), lanes_of(w.constants)
-    reset, impulse = load(s.reset, 0), load(s.impulse, 0)
-    struck = push_off(y[0], y[1], y[2], y[3], y[4], y[5], impulse, c)
-    store_state(s.struck, 0, struck)
-    work = 0.0 * impulse
-    if bits(reset > HEEL_STRIKE):
-        work = _push_work(y, reset, impulse, struck, c)
-    if bits(reset == STOP_RESET):
-        stopped = caught(y, c)
-        for i in range(DIMENSION):
-            blend(s.struck, i, reset == STOP_RESET, stopped[i])
-        struck = load_state(s.struck, 0)
-    before = kinetic_energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    after = kinetic_energy(struck[0], struck[1], struck[2], struck[3], struck[4], struck[5], c)
-    store(s.pushed, 0, work)
-    store(s.lost, 0, before + work - after)
-    store(s.travelled, 0, travel(s, y, c))
-
-
-@internal
-def _push_work(y, reset, impulse, struck, c):
-    """Work of the push-off by when it comes, J; 0 for other resets."""
-    before = work_before(y[0], y[1], y[2], impulse, c)
-    along = work_with(y[0], y[1], y[2], impulse, struck, c)
-    unpushed = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    after = work_after(y[0], y[1], y[2], impulse, unpushed, struck, c)
-    work = where(reset == PUSH_BEFORE, before, 0.0)
-    return where(reset == PUSH_WITH, along, where(reset == PUSH_AFTER, after, work))
-
-
-@internal
-def _way_out(s, w, lane, batch):
-    """Where a phase that has ended leads: a phase, or −1 − outcome; notes the reset."""
-    ending, phase, cycle = int(s.ending[0, lane]), int(s.phase[0, lane]), batch.cycle
-    s.reset[0, lane], s.impulse[0, lane] = 0.0, 0.0
-    if ending < 0:
-        return ending
-    if ending == FALL:
-        c = lane_of(w.constants, lane)
-        return -1 - name_fall(w.locked[0, lane] > 0.0, state_of(w.y, lane), c)
-    for exit in range(MAX_EXITS):
-        if cycle[phase, 2 + 3 * exit] == ending:
-            to, reset = int(cycle[phase, 4 + 3 * exit]), int(cycle[phase, 3 + 3 * exit])
-            s.reset[0, lane] = reset
-            if PUSH_BEFORE <= reset <= PUSH_AFTER:
-                s.impulse[0, lane] = s.strength[0, lane]
-            return to if s.phases[0, lane] < MAX_PHASES or to < 0 else -1 - STEP_LIMIT
-    return -1 - STEP_LIMIT  # not reached: only guards of the phase end it
-
-
-@internal
-def _finish(s, w, sums, lane, outcome, batch, d):
-    """Write the results of a stride that is over."""
-    index = int(s.number[0, lane])
-    if outcome == WALKED and not math.isfinite(s.struck[4, lane] + s.struck[5, lane]):
-        outcome = NOT_FINITE
-    write_row(batch.results, index, s, w, sums, lane, outcome)
-    if d is not None:
-        write_derivatives(d, index, lane, outcome == WALKED)
-
-
-@internal
-def _end_phases(s, w, sums, ended, queue, batch, d):
-    """Pass lanes (bits) on to the next phase or stride.
-
-    Returns those that begin one, and how many strides have been begun.
-    """
-    stopped, impacts = 0, False
-    for lane in range(LANES):
-        if ended >> lane & 1:
-            s.leads_to[0, lane] = _way_out(s, w, lane, batch)
-            impacts |= s.reset[0, lane] != CONTINUE
-            stopped |= (1 << lane) if s.reset[0, lane] == STOP_RESET else 0
-    if ended & 1:
-        write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
-    if d is not None:
-        leave_phases(d, s, w, mask_of(ended))
-    if impacts:
-        _impact(s, w)
-    if d is not None:
-        if impacts:
-            strike(d, s, w, mask_of(ended))
-        if stopped:
-            stop_phases(d, s, w, mask_of(stopped))
-    begun, continued = 0, 0
-    for lane in range(LANES):
-        if not ended >> lane & 1:
-            continue
-        to = int(s.leads_to[0, lane])
-        if to < 0:
-            _finish(s, w, sums, lane, -1 - to, batch, d)
-            queue = _next_stride(s, w, sums, lane, queue, batch, d)
-            begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
-            continue
-        if stopped >> lane & 1:
-            sums.lost[0, lane] += s.lost[0, lane]
-            for i in range(DIMENSION):
-                w.y[i, lane] = s.struck[i, lane]
-        enter(s, w, lane, to, batch)
-        continued |= 1 << lane
-    if continued & 1:
-        write_log(batch, s.t[0, 0], state_of(w.y, 0), s.phase[0, 0])
-    if d is not None and continued:
-        enter_phases(d, s, w, mask_of(continued))
-    return begun | continued, queue
 
 
 @internal
@@ -367,20 +205,20 @@ def _run(s, w, sums, batch, d):
     """Run all strides of a batch."""
     queue, begun = 0, 0
     for lane in range(LANES):
-        queue = _next_stride(s, w, sums, lane, queue, batch, d)
+        queue = next_stride(s, w, sums, lane, queue, batch, d)
         begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
     write_log(batch, 0.0, state_of(w.y, 0), 0)
     for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
         while begun:  # each round ends a phase, of which a stride has at most MAX_PHASES
-            ended = _begin_phases(s, w, sums, begun)
+            ended = begin_phases(s, w, sums, begun)
             begun = 0
             if ended:
-                begun, queue = _end_phases(s, w, sums, ended, queue, batch, d)
+                begun, queue = end_phases(s, w, sums, ended, queue, batch, d)
         if not bits(load(s.busy, 0) > 0.0):
             break
         ended = _advance(s, w, sums, batch, d)
         if ended:
-            begun, queue = _end_phases(s, w, sums, ended, queue, batch, d)
+            begun, queue = end_phases(s, w, sums, ended, queue, batch, d)
 
 
 @threaded_kernel

@@ -17,7 +17,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar
 
-SMALLEST_SHARE = 16  # rows worth handing to a thread: about half a millisecond of strides
+SMALLEST_SHARE = 64  # rows worth handing to a thread: about 0.15 ms of strides
+PIECE = 256  # rows of a piece, where there are enough: falls are short, so they are spread
 THREADS_VARIABLE = "POWERED_WALKER_THREADS"
 
 _pool: ThreadPoolExecutor | None = None
@@ -68,7 +69,7 @@ def run_in_slices(work: Callable[[slice], None], rows: int) -> None:
         return
     if _pool is None:
         _pool = ThreadPoolExecutor(cores(), thread_name_prefix="strides")
-    pieces = 4 * shares if rows >= 64 * shares else shares  # falls are short: spread them
+    pieces = max(shares, min(4 * shares, rows // PIECE))
     bounds = [rows * i // pieces for i in range(pieces + 1)]
     slices = [slice(low, high) for low, high in itertools.pairwise(bounds)]
     list(_pool.map(work, slices))

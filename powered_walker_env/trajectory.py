@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env import kernel, record
+from powered_walker_env import kernel, record, turns
 from powered_walker_env.params import (
     PostStrikeState,
     WalkerParams,
@@ -22,7 +22,7 @@ from powered_walker_env.schemes import AnyControl, check_walkable, scheme_of
 from powered_walker_env.stride import Array, check_rtol, relative
 
 Policy = Callable[[PostStrikeState], AnyControl]
-EVENT_ROWS = 4 * kernel.MAX_PHASES  # rows that the events of a stride can need
+EVENT_ROWS = 4 * turns.MAX_PHASES  # rows that the events of a stride can need
 
 
 class Event(NamedTuple):

@@ -8,7 +8,6 @@ import numba
 import numpy as np
 import pytest
 
-import powered_walker_env.trigonometry  # noqa: F401, gives lanes their sine and cosine
 from powered_walker_env.lanes import LANES, eights, load, store
 from tests.derivation import Array
 from tests.test_lanes import block_of

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import math
 
-import powered_walker_env.trigonometry  # noqa: F401, gives lanes their sine and cosine
 from powered_walker_env.compilation import kernel
 from powered_walker_env.lanes import where
 

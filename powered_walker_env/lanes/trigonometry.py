@@ -14,7 +14,8 @@ from numba.core import types
 from numba.extending import intrinsic, overload
 
 from powered_walker_env.compilation import internal
-from powered_walker_env.lanes import _FLOATS, _INTS, Lanes, Mask, _constant, where
+from powered_walker_env.lanes.arithmetic import where
+from powered_walker_env.lanes.kinds import FLOATS, INTS, Lanes, Mask, constant
 
 # π/2 in three parts; the first two have 33 bits, so that a hundred thousand times they are exact.
 _QUARTER, _QUARTER_2, _QUARTER_3 = (
@@ -48,14 +49,14 @@ def _quarters(typing_context, x):
     result = types.Tuple((Lanes, Mask, Lanes, Lanes))
 
     def code(context, builder, signature, args):
-        shifted = builder.fadd(builder.fmul(args[0], _constant(2.0 / math.pi)), _constant(_ROUNDER))
-        count = builder.bitcast(shifted, _INTS)
-        one, two, up = (_constant(n, _INTS) for n in (1, 2, 62))
-        odd = builder.icmp_signed("!=", builder.and_(count, one), _constant(0, _INTS))
+        shifted = builder.fadd(builder.fmul(args[0], constant(2.0 / math.pi)), constant(_ROUNDER))
+        count = builder.bitcast(shifted, INTS)
+        one, two, up = (constant(n, INTS) for n in (1, 2, 62))
+        odd = builder.icmp_signed("!=", builder.and_(count, one), constant(0, INTS))
         sine = builder.shl(builder.and_(count, two), up)
         cosine = builder.shl(builder.and_(builder.add(count, one), two), up)
-        number = builder.fsub(shifted, _constant(_ROUNDER))
-        signs = (builder.bitcast(sine, _FLOATS), builder.bitcast(cosine, _FLOATS))
+        number = builder.fsub(shifted, constant(_ROUNDER))
+        signs = (builder.bitcast(sine, FLOATS), builder.bitcast(cosine, FLOATS))
         return context.make_tuple(builder, result, (number, odd, *signs))
 
     return result(x), code
@@ -66,8 +67,8 @@ def _signed(typing_context, x, sign):
     """x, its sign turned where the sign bit of `sign` is set."""
 
     def code(context, builder, signature, args):
-        turned = builder.xor(*(builder.bitcast(a, _INTS) for a in args))
-        return builder.bitcast(turned, _FLOATS)
+        turned = builder.xor(*(builder.bitcast(a, INTS) for a in args))
+        return builder.bitcast(turned, FLOATS)
 
     return Lanes(x, sign), code
 
