@@ -22,13 +22,13 @@ from powered_walker_env.envs.task import Task
 
 OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
 #: Weights where `configs/lqr.yml` has none: the stance leg, and a little of the actions.
-STATE_COST, ACTION_COST = (1.0, 0.0, 1.0, 0.0), (0.03, 0.03)
+STATE_COST, ACTION_COST = (1.0, 0.0, 1.0, 0.0), 0.03
 
 Floats = NDArray[np.floating[Any]]
 
 
 class Controller(Protocol):
-    """Anything that turns observations (N, 4) into actions (N, 2), as SB3's models do."""
+    """Anything that turns observations (N, 4) into actions (N, k), as SB3's models do."""
 
     def predict(
         self,
@@ -42,7 +42,14 @@ class Controller(Protocol):
 
 
 class OpenLoop:
-    """The nominal control whatever happens: the stability of the gait itself."""
+    """The nominal control whatever happens: the stability of the gait itself.
+
+    Args:
+        actions: how many numbers the control has.
+    """
+
+    def __init__(self, actions: int = 2) -> None:
+        self.actions = actions
 
     def predict(
         self,
@@ -52,7 +59,7 @@ class OpenLoop:
         deterministic: bool = True,
     ) -> tuple[Floats, None]:
         """Zero actions."""
-        return np.zeros((*np.shape(observation)[:-1], 2), np.float32), None
+        return np.zeros((*np.shape(observation)[:-1], self.actions), np.float32), None
 
 
 class LQR:
@@ -64,7 +71,7 @@ class LQR:
     Args:
         task: of the environment (`env.unwrapped.task`).
         state_cost: Q: a number, the diagonal (4), or a matrix (4, 4).
-        action_cost: R: a number, the diagonal (2), or a matrix (2, 2), positive definite.
+        action_cost: R: a number, the diagonal (k), or a matrix (k, k), positive definite.
 
     Raises:
         ValueError: a gait of more than one stride, or weights that will not do.
@@ -79,14 +86,14 @@ class LQR:
         if len(task.gait) != 1:
             raise ValueError(f"LQR needs a gait of one stride, got one of {len(task.gait)} strides")
         self.Q = Q = _weight("state_cost", state_cost, 4)
-        self.R = R = _weight("action_cost", action_cost, 2)
+        self.R = R = _weight("action_cost", action_cost, len(task.nominal))
         self.A, self.B = linear_step_map(task)
         try:
             P = scipy.linalg.solve_discrete_are(self.A, self.B, Q, R)
         except np.linalg.LinAlgError as error:
             raise ValueError(f"no regulator for these weights: {error}") from error
         gain = np.linalg.solve(R + self.B.T @ P @ self.B, self.B.T @ P @ self.A)
-        self.gain: NDArray[np.float64] = gain  # (2, 4): action = −gain · observation
+        self.gain: NDArray[np.float64] = gain  # (k, 4): action = −gain · observation
 
     def predict(
         self,
@@ -101,10 +108,11 @@ class LQR:
 
 
 def linear_step_map(task: Task) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A (4, 4) and B (4, 2) of the step map in observations and actions."""
+    """A (4, 4) and B (4, k) of the step map in observations and actions."""
     gait = find_gait(task.params, task.control, task.gait[0].tolist())
     scale = task.scale[:, np.newaxis]
-    return gait.jacobian * task.scale / scale, gait.control_jacobian * task.half_range / scale
+    by_control = gait.control_jacobian[:, list(task.scheme.columns)]
+    return gait.jacobian * task.scale / scale, by_control * task.half_range / scale
 
 
 def _weight(name: str, value: float | Sequence[Any], size: int) -> NDArray[np.float64]:
@@ -144,7 +152,7 @@ def make_controller(text: str, task: Task, env_id: str) -> tuple[str, Controller
         UserError: a file that is missing, damaged, or of another kind of environment.
     """
     if text == OPEN_LOOP:
-        return "open loop", OpenLoop()
+        return "open loop", OpenLoop(len(task.nominal))
     if text == LQR_NAME:
         try:
             return "LQR", lqr_for(env_id, task)

@@ -86,7 +86,8 @@ def evaluate(
     for _ in range(limit):
         actions, memory = controller.predict(observation, memory, fresh, deterministic=True)
         # Those that fell are left out: they neither draw nor move.
-        result = envs.walkers.step(_checked(actions, episodes), None if going.all() else going)
+        wanted = _checked(actions, envs.action_space.shape)
+        result = envs.walkers.step(wanted, None if going.all() else going)
         observation = result.observation
         strides += going & ~result.terminated
         returns[going] += result.reward[going]
@@ -98,11 +99,11 @@ def evaluate(
     return Evaluation(env_id, dict(env_kwargs), seed, limit, strides, returns, outcomes)
 
 
-def _checked(actions: Any, episodes: int) -> NDArray[np.float64]:
+def _checked(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
     checked = np.asarray(actions, np.float64)
-    if checked.shape != (episodes, 2) or not np.isfinite(checked).all():
+    if checked.shape != shape or not np.isfinite(checked).all():
         raise ValueError(
-            f"a controller must give ({episodes}, 2) finite actions, got shape {checked.shape}"
+            f"a controller must give {shape} finite actions, got shape {checked.shape}"
         )
     return checked
 

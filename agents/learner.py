@@ -22,6 +22,7 @@ from agents.command import CONFIGS, UserError
 from agents.networks import Network
 from agents.segments import Segment, segment_loss, walk_segment
 from powered_walker_env.envs.task import Task
+from powered_walker_env.schemes import MOTOR
 
 FAR = 7.0  # scaled deviation from which a walker starts anew: nothing there can be saved
 CLIP = 1.0  # of the gradient's norm: the step map multiplies, and so does a walk of it
@@ -125,6 +126,11 @@ class Learner:
         if len(task.gait) != 1:
             raise UserError(f"the gait must have one stride, got one of {len(task.gait)}")
         self.settings, self.task = settings, task
+        if task.scheme is not MOTOR:
+            raise UserError(
+                f"env must be one of the motor's, got scheme {task.scheme.name!r}: this learner "
+                "takes the derivatives of its strides only"
+            )
         self.strides = self.falls = 0
         self._rng = np.random.default_rng(settings.seed)
         self.policy = _new_policy(settings)

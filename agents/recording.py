@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from agents.command import make_walkers
 from agents.controllers import Controller
-from powered_walker_env import Control, PostStrikeState, Trajectory, walk
+from powered_walker_env import PostStrikeState, Trajectory, walk
 from powered_walker_env.envs.task import Task
 from powered_walker_env.files import written_aside
 from powered_walker_env.physics.constants import params_of
 from powered_walker_env.rendering import Renderer
-from powered_walker_env.schemes import POWERED_WALKER
 from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s
@@ -40,7 +39,7 @@ def record(
     """
     envs = make_walkers(env_id, 1, **env_kwargs)
     observation, _ = envs.reset(seed=seed)
-    walkers = envs.walkers
+    walkers, scheme = envs.walkers, envs.task.scheme
     builder = TrajectoryBuilder(params_of(walkers.rows[0]), _state(walkers.states[0]))
     memory, fresh = None, np.ones(1, np.bool_)
     for _ in range(strides):
@@ -48,9 +47,9 @@ def record(
         actions, memory = controller.predict(observation, memory, fresh, deterministic=True)
         result = walkers.step(np.asarray(actions, np.float64))
         height = float(walkers.heights[0])
-        control = Control(*walkers.controls[0].tolist())
+        control = scheme.of_numbers(walkers.controls[0])
         logged = log_stride(start, control, params, height, walkers.rtol, SAMPLE_INTERVAL)
-        builder.add(logged, POWERED_WALKER, height)
+        builder.add(logged, scheme.cycle, height)
         observation, fresh = result.observation, np.zeros(1, np.bool_)
         if result.terminated[0]:
             break

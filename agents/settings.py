@@ -50,8 +50,8 @@ class Settings:
     env_kwargs: dict[str, Any] = field(default_factory=dict)
     hyperparameters: dict[str, Any] = field(default_factory=dict)
 
-    def model_kwargs(self) -> dict[str, Any]:
-        """The arguments of the algorithm's constructor, built from the hyperparameters."""
+    def model_kwargs(self, actions: int = 2) -> dict[str, Any]:
+        """The constructor's arguments from the hyperparameters, for so many numbers to decide."""
         kwargs = copy.deepcopy(self.hyperparameters)  # SB3 adds to what it is given
         noise_type, noise_std = kwargs.pop("noise_type", None), kwargs.pop("noise_std", 0.0)
         for key in _SCHEDULES:
@@ -63,7 +63,7 @@ class Settings:
         if isinstance(kwargs.get("train_freq"), list):
             kwargs["train_freq"] = tuple(kwargs["train_freq"])
         if noise_type is not None:
-            kwargs["action_noise"] = _noise(noise_type, noise_std)
+            kwargs["action_noise"] = _noise(noise_type, noise_std, actions)
         kwargs.setdefault("policy", algorithm(self.algo).policy)
         return kwargs
 
@@ -225,9 +225,9 @@ def _evaluate(node: ast.expr) -> Any:
     return ast.literal_eval(node)
 
 
-def _noise(kind: Any, std: Any) -> ActionNoise:
+def _noise(kind: Any, std: Any, actions: int) -> ActionNoise:
     if kind != "normal" or not isinstance(std, (int, float)) or std < 0:
         raise UserError(
             f"noise_type must be 'normal' with a noise_std >= 0, got {kind!r} and {std!r}"
         )
-    return NormalActionNoise(np.zeros(2), np.full(2, float(std)))
+    return NormalActionNoise(np.zeros(actions), np.full(actions, float(std)))

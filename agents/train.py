@@ -112,9 +112,10 @@ def _environment(settings: Settings) -> PoweredWalkerVecEnv:
 
 
 def _new_model(settings: Settings, env: VecMonitor, device: str) -> BaseAlgorithm:
+    numbers = (env.action_space.shape or (0,))[0]
     try:
         return algorithm(settings.algo).load_class()(
-            env=env, seed=settings.seed, device=device, **settings.model_kwargs()
+            env=env, seed=settings.seed, device=device, **settings.model_kwargs(numbers)
         )
     except (AssertionError, TypeError, ValueError, KeyError) as error:
         raise UserError(f"{settings.algo} does not take these settings: {error}") from error

@@ -74,6 +74,15 @@ from powered_walker_env.poincare import (
 from powered_walker_env.presets import PRESETS, Preset
 from powered_walker_env.results import load_result, save_result
 from powered_walker_env.rimless_wheel import RimlessWheel
+from powered_walker_env.schemes import (
+    SCHEMES,
+    HipTorque,
+    LateToeOff,
+    Scheme,
+    StoppedControl,
+    ToeOff,
+    ToeOffAtStrike,
+)
 from powered_walker_env.stride import Stride, StrideBatch, stride, stride_batch
 from powered_walker_env.trajectory import Trajectory, walk
 
@@ -83,6 +92,7 @@ __all__ = [
     "ENVIRONMENTS",
     "PARAMETERS",
     "PRESETS",
+    "SCHEMES",
     "Basin",
     "BasinVolume",
     "BatchDerivatives",
@@ -98,6 +108,8 @@ __all__ = [
     "Gait",
     "GaitNotFoundError",
     "GaitSensitivity",
+    "HipTorque",
+    "LateToeOff",
     "LostWorkersError",
     "LyapunovExponent",
     "MapPoint",
@@ -109,12 +121,16 @@ __all__ = [
     "Preset",
     "Regulator",
     "RimlessWheel",
+    "Scheme",
     "Slice",
     "SpecialKind",
     "SpecialPoint",
+    "StoppedControl",
     "Stride",
     "StrideBatch",
     "StrideMap",
+    "ToeOff",
+    "ToeOffAtStrike",
     "Trajectory",
     "TransitionTimes",
     "Viability",

@@ -1,30 +1,35 @@
 """Walkers with known gaits: parameters, nominal control, post-strike state and source.
 
 Walkers with `control=None` are passive: the foot stays locked and a slope powers them. They
-have no action, so the environments refuse them; everything else takes them. Gravity and
+have no action, so the environments refuse them; everything else takes them. The type of
+the control says how a walker is powered (`schemes/`). Gravity and
 lengths are as each source has them.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from powered_walker_env.params import AS_PUBLISHED, Control, PostStrikeState, WalkerParams
+from powered_walker_env.schemes import AnyControl, HipTorque, StoppedControl, ToeOff
 
 
 class Preset(NamedTuple):
     """A walker and one of its limit cycles."""
 
     params: WalkerParams
-    control: Control | None
+    control: AnyControl | None
     state: PostStrikeState
     source: str
 
 
 _FIGURE_6 = WalkerParams()  # the thesis's figure 6: the defaults
 _OURS = "found with this package: powered_walker_env.find_gait"
-_STRAIGHT = {"foot_length": 0.0, "locked_ankle_angle": math.pi}  # no ankle: the foot's centre
+_STRAIGHT: dict[str, Any] = {
+    "foot_length": 0.0,
+    "locked_ankle_angle": math.pi,
+}  # no ankle: the foot's centre
 
 
 def _mcgeer(com_across: float = 0.0) -> WalkerParams:
@@ -45,6 +50,19 @@ def _mcgeer(com_across: float = 0.0) -> WalkerParams:
         foot_radius=radius,
         gravity=1.0,
         slope=0.025,
+        **_STRAIGHT,
+    )
+
+
+def _bhounsule_round(slope: float) -> WalkerParams:
+    """The round-footed walker of P. Bhounsule, passivewalker.m (2019)."""
+    return WalkerParams.from_composite_leg(
+        hip_mass=0.5,
+        frame_mass=0.5,
+        frame_inertia=0.02,
+        foot_radius=0.2,
+        gravity=1.0,
+        slope=slope,
         **_STRAIGHT,
     )
 
@@ -133,15 +151,7 @@ PRESETS: dict[str, Preset] = {
         f"project's choice: his w, of which his test machine had -0.001); gait {_OURS}",
     ),
     "bhounsule-round-feet": Preset(
-        WalkerParams.from_composite_leg(
-            hip_mass=0.5,
-            frame_mass=0.5,
-            frame_inertia=0.02,
-            foot_radius=0.2,
-            gravity=1.0,
-            slope=0.01,
-            **_STRAIGHT,
-        ),
+        _bhounsule_round(slope=0.01),
         None,
         PostStrikeState(
             -0.18943828325270257, 0.18943828325270212, 0.23901098781294272, 0.1876139814681526
@@ -167,6 +177,34 @@ PRESETS: dict[str, Preset] = {
         ),
         "Ranger with locked ankles, long step (Bhounsule, PhD thesis, Cornell 2012, appendix "
         f"D.1; leg inertia 0.238, printed as 0.24), slope 0.005; gait {_OURS}",
+    ),
+    "toe-off": Preset(
+        WalkerParams(leg_mass=1.0, leg_inertia=0.0825, com_along=0.75, gravity=1.0, **_STRAIGHT),
+        ToeOff(impulse=0.1),
+        PostStrikeState(
+            -0.18350081824624714, 0.18350081824624714, 0.2733359921240272, 0.2419529708980044
+        ),
+        "level ground, point feet, toe-off impulse 0.1 (P. Bhounsule, lecture 20, "
+        "poweredwalker.m: there with the heel strike, which gives the same gait, at nearly "
+        f"twice the work); gait {_OURS}",
+    ),
+    "motor-with-stop": Preset(
+        _FIGURE_6,
+        StoppedControl(switch_angle=2.9068, stall_torque=729.8),
+        PostStrikeState(
+            -0.11546700222961093, 0.19714308799333058, 0.5027903789753727, 0.48172239711236314
+        ),
+        "this project: camp1997 with a stop that the foot cannot pass backwards (there it falls "
+        f"back 0.004 rad), which makes its steps 5 % longer; gait {_OURS}",
+    ),
+    "hip-torque": Preset(
+        _bhounsule_round(slope=0.0),
+        HipTorque(switch_angle=3.1, hip_torque=0.02),
+        PostStrikeState(
+            -0.1420494984819677, 0.1420494984819675, 0.17837898881478287, 0.1359089208429408
+        ),
+        "this project: bhounsule-round-feet on level ground, powered by a torque between the "
+        f"legs (continued there from its slope as the torque rose); gait {_OURS}",
     ),
 }
 

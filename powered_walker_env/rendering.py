@@ -191,7 +191,7 @@ class Renderer:
             t=t,
             q=trajectory.q,
             foot=foot,
-            motor_on=trajectory.phase > 0,  # the one powered phase follows the passive one
+            motor_on=trajectory.motor_on,
             stride=trajectory.stride - int(trajectory.stride[0]) + self._strides,
             camera=self._film(t, trajectory.q, foot, trajectory.stride),
             verdict="" if walked else trajectory.outcome.label,

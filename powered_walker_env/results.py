@@ -35,13 +35,13 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env import poincare
+from powered_walker_env import poincare, schemes
 from powered_walker_env.files import written_aside
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
 DOCUMENT = "result"  # the entry that holds the JSON text
-_SOURCES = ("params", "phases", "presets", "stride", "trajectory")  # and all of poincare
+_SOURCES = ("params", "phases", "presets", "stride", "trajectory")  # and all of these packages
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,7 +158,12 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 @functools.cache
 def _types() -> dict[str, Any]:
     """The classes that a file may name: those of the package's mechanics and studies."""
-    studies = (f"poincare.{found.name}" for found in pkgutil.iter_modules(poincare.__path__))
+    packages = {"poincare": poincare, "schemes": schemes}
+    studies = (
+        f"{name}.{found.name}"
+        for name, package in packages.items()
+        for found in pkgutil.iter_modules(package.__path__)
+    )
     known: dict[str, Any] = {"UnsavedPolicy": UnsavedPolicy}
     for source in (*_SOURCES, *studies):
         module = importlib.import_module(f"powered_walker_env.{source}")

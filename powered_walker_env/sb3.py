@@ -51,7 +51,7 @@ class PoweredWalkerVecEnv(VecEnv):
         if not isinstance(envs, PoweredWalkerVectorEnv):
             raise ValueError(f"env_id must name an environment of this package, got {env_id!r}")
         self.envs = envs
-        self._wanted = np.zeros((num_envs, 2))
+        self._wanted = np.zeros(envs.action_space.shape or (0,))
         self._next_seed = seed
         self.render_mode = None
         super().__init__(num_envs, envs.single_observation_space, envs.single_action_space)

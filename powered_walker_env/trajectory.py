@@ -16,7 +16,7 @@ from powered_walker_env.params import (
     WalkerParams,
     check_state,
 )
-from powered_walker_env.phases import Outcome, Phase, encode
+from powered_walker_env.phases import Outcome, Phase, Torque, encode
 from powered_walker_env.physics.constants import pack
 from powered_walker_env.schemes import AnyControl, check_walkable, scheme_of
 from powered_walker_env.stride import Array, check_rtol, relative
@@ -55,6 +55,7 @@ class Trajectory:
     events: tuple[Event, ...]
     states: Array  # (m+1, 4) post-strike states; the last is NaN after a fall
     outcome: Outcome  # of the last stride
+    motor_on: NDArray[np.bool_]  # (n,) whether the ankle's motor runs
 
 
 class LoggedStride(NamedTuple):
@@ -109,8 +110,8 @@ def walk(
 
     Args:
         state: post-strike state to start from, rad and rad/s.
-        control: a `Control`, None for a passive walker, or a policy: a function from
-            the post-strike state to the `Control` of the stride.
+        control: a constant control, None for a passive walker, or a policy: a function
+            from the post-strike state to the control of the stride.
         params: the walker.
         strides: how many at most, at least 1.
         step_heights: m, rise of the ground at each stride; flat if left out.
@@ -160,6 +161,7 @@ class TrajectoryBuilder:
         self._ground, self._landings = [ground], [landing]
         self._states = [np.array(state)]
         self._pieces: list[tuple[Array, Array, Array, int]] = []
+        self._motor: list[NDArray[np.bool_]] = []
         self._events: list[Event] = []
 
     def add(self, logged: LoggedStride, cycle: tuple[Phase, ...], height: float) -> None:
@@ -170,6 +172,8 @@ class TrajectoryBuilder:
         rolled = params.foot_radius * (log[:, 1] - log[0, 1])
         up = np.full(len(log), self._ground[-1] + params.foot_radius)
         self._pieces.append((t, log, np.stack([self._landings[-1] + rolled, up], 1), number))
+        on = np.array([phase.torque == Torque.MOTOR for phase in cycle])
+        self._motor.append(on[log[:, 7].astype(np.int64)])
         self._note_events(t, log, cycle, number)
         self._t = float(t[-1])
         if logged.outcome == Outcome.WALKED:
@@ -207,4 +211,5 @@ class TrajectoryBuilder:
             events=tuple(self._events),
             states=np.array(self._states),
             outcome=self._outcome,
+            motor_on=np.concatenate(self._motor),
         )

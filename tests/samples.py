@@ -12,10 +12,14 @@ import numpy as np
 from powered_walker_env.params import AS_PUBLISHED, CONSERVING, WalkerParams
 from powered_walker_env.physics.constants import Constants, constants_of
 from powered_walker_env.presets import PRESETS
+from powered_walker_env.schemes import MOTOR, SCHEMES, scheme_of
 from tests.derivation import TO_RELATIVE, Array
 
-#: Presets with a motor, which environments take; and those without.
+#: Presets that are powered, which environments take; those with Camp's motor; and the others.
 POWERED = [name for name, preset in PRESETS.items() if preset.control is not None]
+MOTORS = [name for name in POWERED if scheme_of(PRESETS[name].control) is MOTOR]
+#: Names of the schemes that leave something to decide.
+DECIDING = [name for name, known in SCHEMES.items() if known.control is not None]
 PASSIVE = [name for name in PRESETS if name not in POWERED]
 
 
@@ -98,3 +102,17 @@ def derivative(function: Any, y: Array, direction: Array) -> float:
     near = function(y + h * direction) - function(y - h * direction)
     far = function(y + 2 * h * direction) - function(y - 2 * h * direction)
     return float((8 * near - far) / (12 * h))
+
+
+def scheme_arguments(name: str) -> dict[str, Any]:
+    """Arguments of an environment with that scheme, all JSON-able."""
+    for preset, known in PRESETS.items():
+        if scheme_of(known.control).name == name:
+            return {"preset": preset}
+    walker = PRESETS["toe-off"]  # whenever the push comes, the gait is the same
+    return {
+        "params": walker.params.to_dict(),
+        "scheme": name,
+        "control": [0.1],
+        "gait": list(walker.state),
+    }

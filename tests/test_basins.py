@@ -20,7 +20,7 @@ from powered_walker_env.poincare.basins import (
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.trapping import trap_around
-from tests.samples import POWERED
+from tests.samples import MOTORS
 
 PARAMS, CONTROL, STATE, _ = PRESETS["camp1997-as-published"]
 assert CONTROL is not None
@@ -161,7 +161,7 @@ def test_bad_basins_are_refused() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_a_slice_of_forty_thousand_walkers_takes_less_than_three_minutes(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     rates = ((state[2] - 0.3, state[2] + 0.3), (state[3] - 0.6, state[3] + 0.6))

@@ -10,7 +10,7 @@ import pytest
 
 from powered_walker_env import PRESETS
 from powered_walker_env.cli import main
-from tests.samples import POWERED
+from powered_walker_env.schemes import scheme_of
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -20,7 +20,8 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 def test_a_bare_walk_walks_ten_strides(capsys: pytest.CaptureFixture[str]) -> None:
     lines = run(capsys, "walk").splitlines()
-    assert len(lines) == 12
+    assert len(lines) == 13
+    assert lines[0] == "scheme: motor, switch angle 2.9068, stall torque 729.8"
     assert lines[-1].startswith("walked: ")
 
 
@@ -37,7 +38,8 @@ def test_gait_prints_the_multipliers_of_a_preset(
 ) -> None:
     data = json.loads(run(capsys, "gait", "--preset", preset, "--json"))
     assert data["stable"]
-    assert len(data["multipliers"]) == (3 if preset in POWERED else 4)  # of their sections
+    switches = scheme_of(PRESETS[preset].control).switches
+    assert len(data["multipliers"]) == (3 if switches else 4)  # of their sections
     assert "stable" in run(capsys, "gait", "--preset", preset)
 
 

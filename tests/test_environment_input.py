@@ -20,7 +20,7 @@ from powered_walker_env import (
     stride,
 )
 from tests.episodes import ROUND_FOOT, assert_same, make, record
-from tests.samples import POWERED
+from tests.samples import MOTORS
 
 CAMP, ROUND = PRESETS["camp1997"], PRESETS["round-foot"]
 ZERO = np.zeros(2, np.float32)
@@ -121,7 +121,7 @@ def test_a_walk_begins_with_a_reset_and_ends_with_a_fall() -> None:
         env.step(ZERO)
 
 
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_the_action_mapping_is_affine_about_the_nominal_control(name: str) -> None:
     env = PoweredWalkerEnv(preset=name, disturbance="none")
     nominal, (angle, torque) = PRESETS[name].control, env.task.action_range

@@ -187,7 +187,7 @@ def test_a_basin_without_picture_and_a_wrong_component_are_refused() -> None:
 
 def test_gaits_that_have_no_such_figure_are_refused() -> None:
     passive = PASSIVE_GAITS[0]
-    with pytest.raises(ValueError, match="gait must be a powered one"):
+    with pytest.raises(ValueError, match="gait must be one of an ankle motor"):
         gait_figure(find_gait(passive.params, None, passive.state))
     with pytest.raises(ValueError, match="gait must have a constant control, got a policy"):
         row = np.array([[2.8625, 692.0]])

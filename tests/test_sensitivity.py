@@ -18,7 +18,7 @@ from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import NO_LOG
 from tests.derivation import Array
 from tests.published import PASSIVE_GAITS
-from tests.samples import POWERED
+from tests.samples import MOTORS
 
 WALKER = slice(6, 6 + PACKED)  # columns of a point: state 4, control 2, packed walker
 DIRECTIONS = 6 + PACKED - 1  # all of them but the walker's physics, which is no number
@@ -79,7 +79,7 @@ def agree(cycle: Cycle, params: WalkerParams, state: Array, control: Control | N
         assert gap < 1e-8 * largest, (column, gap / largest)
 
 
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_derivatives_of_a_powered_stride_are_exact_in_every_direction(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     agree(POWERED_WALKER, params, np.array(state), control)

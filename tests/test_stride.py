@@ -19,7 +19,7 @@ from powered_walker_env import (
 from powered_walker_env.stride import StrideBatch
 from tests.derivation import Array
 from tests.published import LIMIT_CYCLES, PASSIVE_GAITS, LimitCycle, PassiveGait
-from tests.samples import POWERED, random_walkers
+from tests.samples import MOTORS, random_walkers
 from tests.second_integrator import stride_otherwise
 
 SPREAD = np.array([0.02, 0.02, 0.06, 0.1])  # rad, rad, rad/s, rad/s: far beyond any basin
@@ -104,7 +104,7 @@ def test_a_second_integrator_walks_the_same_strides_of_walkers_of_every_kind() -
         agrees_with_second_integrator(PostStrikeState(*states[i].tolist()), control, walkers[i])
 
 
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_default_tolerance_agrees_with_the_tightest_to_1e_8(name: str) -> None:
     states = around(name, 1000, 1)
     exact, plain = many(name, states, 1e-13), many(name, states, 1e-9)
@@ -113,7 +113,7 @@ def test_default_tolerance_agrees_with_the_tightest_to_1e_8(name: str) -> None:
     assert exact.walked.sum() > 200
 
 
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_a_coarse_tolerance_jumps_over_no_heel_strike(name: str) -> None:
     states = around(name, 1000, 2)
     exact, coarse = many(name, states, 1e-13), many(name, states, 1e-3)

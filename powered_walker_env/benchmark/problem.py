@@ -53,8 +53,8 @@ def make_problem(name: str) -> Problem:
         ValueError: no such preset, a passive walker, or the physics of the listing.
     """
     params, control, state, _ = preset(name)
-    if control is None:
-        raise ValueError(f"preset must be a powered walker, got {name!r}")
+    if type(control) is not Control:
+        raise ValueError(f"preset must be a walker with the motor, got {name!r}")
     constants(params, control)
     rng = np.random.default_rng(SEED)
     candidates = np.array(state) + np.array(SPREAD) * rng.uniform(-1, 1, (2 * MANY, 4))

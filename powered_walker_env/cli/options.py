@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
 from powered_walker_env.cli.output import Report
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams
+from powered_walker_env.params import PostStrikeState, WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.families import check_parameter
 from powered_walker_env.presets import PRESETS
+from powered_walker_env.schemes import (
+    CONTROL_NUMBERS,
+    SCHEMES,
+    AnyControl,
+    Scheme,
+    scheme,
+    scheme_of,
+)
 
+UNITS = {
+    "switch_angle": "rad, hip angle at which the motor starts, or the hip torque ends",
+    "stall_torque": "N m, of the ankle motor",
+    "impulse": "N s, of the toe-off",
+    "hip_torque": "N m, on the swing leg",
+}
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
 AROUND_ZERO = 0.02  # the same for a parameter that is zero, as the slope
 
@@ -32,8 +45,13 @@ def add_walker(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", default="camp1997", choices=PRESETS, help="(default %(default)s)"
     )
-    parser.add_argument("--switch-angle", type=float, help="rad; the preset's if left out")
-    parser.add_argument("--stall-torque", type=float, help="N m; the preset's if left out")
+    parser.add_argument(
+        "--scheme", choices=SCHEMES, help="what powers the walker; as the preset if left out"
+    )
+    for name in CONTROL_NUMBERS:
+        parser.add_argument(
+            _flag(name), type=float, help=f"{UNITS[name]}; the preset's if left out"
+        )
     parser.add_argument(
         "--set",
         action="append",
@@ -48,7 +66,8 @@ def add_range(parser: argparse.ArgumentParser) -> None:
     """Arguments that choose a parameter and its bounds."""
     parser.add_argument(
         "--parameter", choices=PARAMETERS, metavar="NAME",
-        help=f"one of {', '.join(PARAMETERS)} (default: stall_torque; of a passive walker, slope)",
+        help=f"one of {', '.join(PARAMETERS)} (default: stall_torque, "
+        "or what else powers the walker; of a passive one, slope)",
     )  # fmt: skip
     parser.add_argument(
         "--bounds", type=float, nargs=2, metavar=("LOW", "HIGH"),
@@ -68,28 +87,65 @@ def add_running(parser: argparse.ArgumentParser) -> None:
 
 def walker_of(
     options: argparse.Namespace,
-) -> tuple[WalkerParams, Control | None, PostStrikeState]:
+) -> tuple[WalkerParams, AnyControl | None, PostStrikeState]:
     """The walker and control asked for (None: passive), and the preset's state.
 
     Raises:
         ValueError, TypeError: a name that is no parameter, a value out of its domain, a
-            control for a walker that has none.
+            number that the walker's scheme has not, or one that is missing.
     """
-    params, control, state, _ = PRESETS[options.preset]
+    params, _, state, _ = PRESETS[options.preset]
     changes = dict(_assignment(text) for text in options.set)
-    for name in ("switch_angle", "stall_torque"):
+    for name in CONTROL_NUMBERS:
         if getattr(options, name) is not None:
             changes[name] = getattr(options, name)
-    controls = [field.name for field in dataclasses.fields(Control)]
-    chosen = {name: changes.pop(name) for name in controls if name in changes}
-    if control is None:
-        if chosen:
+    chosen = {name: changes.pop(name) for name in CONTROL_NUMBERS if name in changes}
+    return params.replace(**changes), _control(options, chosen), state
+
+
+def _control(options: argparse.Namespace, chosen: dict[str, float]) -> AnyControl | None:
+    """The control of the scheme asked for: its numbers chosen, else those of the preset."""
+    powered, own = powered_by(options), PRESETS[options.preset].control
+    for name in chosen:
+        if name not in powered.numbers:
+            passive = f"--preset {options.preset} is a passive walker and"
+            whose = f"--scheme {powered.name}" if powered.control or options.scheme else passive
             raise ValueError(
-                f"--preset {options.preset} is a passive walker and has no {next(iter(chosen))}; "
-                "choose a powered preset, or leave it out"
+                f"{whose} has no {name}; choose another preset or --scheme, or leave it out"
             )
-        return params.replace(**changes), None, state
-    return params.replace(**changes), dataclasses.replace(control, **chosen), state
+    numbers = []
+    for name in powered.numbers:
+        value = chosen.get(name, getattr(own, name, None))
+        if value is None:
+            raise ValueError(
+                f"{_flag(name)} must be given for --scheme {powered.name}: --preset "
+                f"{options.preset} has none"
+            )
+        numbers.append(value)
+    return None if powered.control is None else powered.control(*numbers)
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def powered_by(options: argparse.Namespace) -> Scheme:
+    """The scheme asked for, else the preset's."""
+    return scheme(options.scheme) if options.scheme else scheme_of(PRESETS[options.preset].control)
+
+
+def control_text(control: Any) -> str:
+    """A scheme and the numbers of its control, as people read them."""
+    powered = scheme_of(control)
+    numbers = [f"{name.replace('_', ' ')} {getattr(control, name):g}" for name in powered.numbers]
+    return ", ".join([powered.name, *numbers])
+
+
+def control_data(control: Any) -> dict[str, Any]:
+    """The same for programs."""
+    powered = scheme_of(control)
+    numbers = [getattr(control, name) for name in powered.numbers]
+    return {"scheme": powered.name, "control": numbers or None}
 
 
 def _assignment(text: str) -> tuple[str, Any]:
@@ -120,19 +176,14 @@ def gait_of(options: argparse.Namespace, period: int = 1) -> Gait:
         return find_gait(params, control, period=period)
 
 
-def passive(options: argparse.Namespace) -> bool:
-    """Whether the walker asked for has no motor."""
-    return PRESETS[options.preset].control is None
-
-
 def parameter_of(options: argparse.Namespace) -> str:
-    """The parameter asked for, else what drives the walker: its motor, or the slope.
+    """The parameter asked for, else what drives the walker: its control, or the slope.
 
     Raises:
         ValueError: one that this walker has not.
     """
-    name: str = options.parameter or ("slope" if passive(options) else "stall_torque")
-    check_parameter(name, PRESETS[options.preset].control)
+    name: str = options.parameter or ("slope", *powered_by(options).numbers)[-1]
+    check_parameter(name, walker_of(options)[1])
     return name
 
 

@@ -14,8 +14,9 @@ from powered_walker_env.cli.options import (
     add_running,
     add_walker,
     gait_of,
-    passive,
+    powered_by,
     range_around,
+    walker_of,
 )
 from powered_walker_env.cli.output import (
     Progress,
@@ -35,7 +36,6 @@ from powered_walker_env.poincare.families import check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.slices import COORDINATES, Slice
 from powered_walker_env.poincare.special_points import SpecialPoint
-from powered_walker_env.presets import PRESETS
 from powered_walker_env.stride import Array
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
@@ -50,7 +50,8 @@ def add_commands(commands: Any) -> None:
     add_walker(edge)
     edge.add_argument(
         "--parameters", nargs=2, choices=PARAMETERS, metavar=("ACROSS", "UP"),
-        help="(default: switch_angle stall_torque; of a passive walker, com_across slope)",
+        help="(default: switch_angle stall_torque, or what else powers the walker; of a passive "
+        "one, com_across slope)",
     )  # fmt: skip
     edge.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
@@ -114,10 +115,11 @@ def _boundary(options: argparse.Namespace) -> Report:
 
 def _parameters(options: argparse.Namespace) -> list[str]:
     """The two parameters asked for, else the control, or what a passive walker lives by."""
-    default = ["com_across", "slope"] if passive(options) else ["switch_angle", "stall_torque"]
-    names: list[str] = options.parameters or default
+    default = [*powered_by(options).numbers, "slope"][:2]
+    names: list[str] = options.parameters or (default if default[1:] else ["com_across", "slope"])
+    control = walker_of(options)[1]
     for name in names:
-        check_parameter(name, PRESETS[options.preset].control)
+        check_parameter(name, control)
     return names
 
 

@@ -8,13 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env.cli.options import add_command, add_walker, gait_of, passive, walker_of
+from powered_walker_env.cli.options import (
+    add_command,
+    add_walker,
+    control_data,
+    control_text,
+    gait_of,
+    powered_by,
+    walker_of,
+)
 from powered_walker_env.cli.output import Report, add_out, check_out, figures, put_out
-from powered_walker_env.params import Control
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare import Gait
 from powered_walker_env.poincare.contact import ContactReport, contact_of
+from powered_walker_env.poincare.maps import control_scheme
 from powered_walker_env.presets import PRESETS
+from powered_walker_env.schemes import scheme_of
 from powered_walker_env.trajectory import Trajectory, walk
 
 
@@ -52,7 +61,8 @@ def _walk(options: argparse.Namespace) -> Report:
         from powered_walker_env.animation import save_animation
 
         save_animation(walked, options.animation)
-    return Report(_walk_text(walked), _walk_data(walked))
+    text = f"scheme: {control_text(control)}\n{_walk_text(walked)}"
+    return Report(text, control_data(control) | _walk_data(walked))
 
 
 def _walk_data(walked: Trajectory) -> dict[str, Any]:
@@ -82,10 +92,11 @@ def _walk_text(walked: Trajectory) -> str:
 
 def _gait(options: argparse.Namespace) -> Report:
     check_out(options)
-    if options.out and not options.no_plot and passive(options):
+    powered = powered_by(options)
+    if options.out and not options.no_plot and not powered.moves_ankle:
         raise ValueError(
-            f"--preset must be a powered walker for the picture of a gait, got "
-            f"{options.preset!r}; add --no-plot to save the numbers"
+            f"--scheme must be one with a motor for the picture of a gait, got {powered.name!r} "
+            f"(--preset {options.preset}); add --no-plot to save the numbers"
         )
     gait = gait_of(options, options.period)
     contact = contact_of(gait)
@@ -98,9 +109,7 @@ def gait_data(gait: Gait) -> dict[str, Any]:
     """A gait for programs."""
     return {
         "params": gait.params.to_dict(),
-        "control": [gait.control.switch_angle, gait.control.stall_torque]
-        if isinstance(gait.control, Control)
-        else None,
+        **control_data(gait.control),
         "period": gait.period,
         "state": list(gait.state),
         "section_state": gait.section_state,
@@ -110,8 +119,15 @@ def gait_data(gait: Gait) -> dict[str, Any]:
         "duration_s": gait.duration,
         "step_length_m": gait.step_length,
         "speed_m_s": gait.speed,
+        "positive_work_J": gait.positive_work,
+        "electrical_energy_J": gait.electrical_energy if moves_ankle(gait) else None,
         "cost_of_transport": gait.cost_of_transport,
     }
+
+
+def moves_ankle(gait: Gait) -> bool:
+    """Whether an ankle motor powers the gait."""
+    return control_scheme(gait.control).moves_ankle
 
 
 def _contact(contact: ContactReport) -> dict[str, Any]:
@@ -121,9 +137,11 @@ def _contact(contact: ContactReport) -> dict[str, Any]:
 
 def _gait_text(gait: Gait, contact: ContactReport) -> str:
     multipliers = ", ".join(f"{value:.4f}" for value in gait.multipliers)
+    electrical = f", {gait.electrical_energy:.4g} J of electricity" if moves_ankle(gait) else ""
     broken = contact.violations() or ("nothing that the model assumes is broken",)
     return "\n".join(
         [
+            f"scheme                            {control_text(gait.control)}",
             f"post-strike state (α, s, α', β')  {', '.join(f'{x:.6f}' for x in gait.state)}",
             f"Floquet multipliers               {multipliers}",
             f"spectral radius                   {gait.spectral_radius:.4f} "
@@ -131,6 +149,7 @@ def _gait_text(gait: Gait, contact: ContactReport) -> str:
             f"duration                          {gait.duration:.4f} s",
             f"step length                       {gait.step_length:.4f} m",
             f"speed                             {gait.speed:.4f} m/s",
+            f"positive work                     {gait.positive_work:.4g} J{electrical}",
             f"cost of transport                 {gait.cost_of_transport:.4f}",
             f"least normal force                {contact.min_normal_fraction:.4f} of the weight",
             f"friction needed                   {contact.friction:.4f} in swing, "
@@ -143,12 +162,14 @@ def _gait_text(gait: Gait, contact: ContactReport) -> str:
 
 
 def _presets(options: argparse.Namespace) -> Report:
-    text = "\n".join(f"{name:24s} {preset.source}" for name, preset in PRESETS.items())
+    text = "\n".join(
+        f"{name:24s} {scheme_of(preset.control).name:16s} {preset.source}"
+        for name, preset in PRESETS.items()
+    )
     data = {
         name: {
             "params": preset.params.to_dict(),
-            "control": preset.control
-            and [preset.control.switch_angle, preset.control.stall_torque],
+            **control_data(preset.control),
             "state": list(preset.state),
             "source": preset.source,
         }

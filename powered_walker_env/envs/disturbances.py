@@ -28,6 +28,11 @@ survives, in the mean of 1000 episodes), `--find` finds the levels anew:
     torque       0.02     2.8    0.17     5.3    0.2      2.3
     sensor       0.053           0.21            0.26
     parameters   0.064    8.4    0.2     22.7    0.27    12.2
+
+Of the presets with other schemes (400 episodes each), "motor-with-stop" takes the levels
+of camp1997, which are as hard for it. Under light and rough pushes "toe-off" survives 6.5
+and 3.2 strides, "hip-torque" 11.2 and 4.3; the other kinds go with those, but for the
+torque noise and the parameters of "hip-torque", which bears any.
 """
 
 from __future__ import annotations
@@ -63,7 +68,7 @@ class Disturbance:
     push: float = 0.0  # rad/s, on both leg rates after every heel strike
     ground: float = 0.0  # leg lengths, height of the ground at every landing about its mean
     slope: float = 0.0  # rad, of the floor, drawn once per episode
-    torque: float = 0.0  # fraction of the stall torque, at every stride
+    torque: float = 0.0  # fraction of the control's strength, as stall torque, at every stride
     sensor: float = 0.0  # observation units, on all four numbers at every observation
     parameters: float = 0.0  # fraction of foot length, mass, inertia and motor speed, per episode
 
@@ -112,6 +117,22 @@ _LEVELS: dict[str, dict[str, tuple[float, float]]] = {
         "torque": (0.046, 0.2),
         "sensor": (0.11, 0.26),
         "parameters": (0.13, 0.27),
+    },
+    "toe-off": {
+        "push": (0.008, 0.014),
+        "ground": (0.0014, 0.0036),
+        "slope": (0.021, 0.033),
+        "torque": (0.37, 0.92),
+        "sensor": (0.13, 0.23),
+        "parameters": (0.43, 0.95),
+    },
+    "hip-torque": {
+        "push": (0.02, 0.03),
+        "ground": (0.002, 0.0045),
+        "slope": (0.052, 0.099),
+        "torque": (0.5, 1.0),
+        "sensor": (0.33, 0.5),
+        "parameters": (0.5, 1.0),
     },
 }
 _REFERENCE = "camp1997"  # whose levels other walkers take

@@ -21,9 +21,9 @@ SINGLE_STEP, DOUBLE_STEP = 0.03, 1e-3
 
 
 class Predicts(Protocol):
-    """Anything that turns observations (N, 4) into actions (N, 2).
+    """Anything that turns observations (N, 4) into actions (N, k).
 
-    With a method `derivative(observations)`, (N, 4) to (N, 2, 4), it is not differenced.
+    With a method `derivative(observations)`, (N, 4) to (N, k, 4), it is not differenced.
     """
 
     def predict(self, observation: Any, *, deterministic: bool = True) -> tuple[Any, Any]:
@@ -37,13 +37,18 @@ class TaskPolicy:
     task: Task
     controller: Predicts
 
+    @property
+    def scheme(self) -> str:
+        """What its numbers control, by name."""
+        return self.task.scheme.name
+
     def __call__(self, states: Array) -> Array:
-        """(N, 2) switch angles and stall torques."""
+        """(N, k) numbers of the controls; of the motor: switch angles and stall torques."""
         actions = np.clip(self._actions(self._observations(states)), -1.0, 1.0)
         return np.asarray(self.task.nominal + actions * self.task.half_range, np.float64)
 
     def derivative(self, states: Array) -> Array:
-        """(N, 2, 4) of the controls by the states; zero where one of either is clipped."""
+        """(N, k, 4) of the controls by the states; zero where one of either is clipped."""
         observations = self._observations(states)
         seen = np.abs(observations) < OBSERVATION_LIMIT
         known = getattr(self.controller, "derivative", None)
@@ -65,9 +70,10 @@ class TaskPolicy:
                 f"got a controller with state {type(memory).__name__}"
             )
         found = np.asarray(actions)
-        if found.shape != (len(observations), 2):
+        wanted = (len(observations), len(self.task.nominal))
+        if found.shape != wanted:
             raise ValueError(
-                f"controller must return actions of shape ({len(observations)}, 2) for "
+                f"controller must return actions of shape {wanted} for "
                 f"observations {observations.shape}, got {found.shape}"
             )
         return found
@@ -78,7 +84,7 @@ class TaskPolicy:
         offsets, weights = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0])
         moves = step * offsets[:, np.newaxis, np.newaxis] * np.eye(4)  # (offset, direction, 4)
         points = (observations[:, np.newaxis, np.newaxis] + moves).reshape(-1, 4)
-        actions = self._actions(points).astype(np.float64).reshape(len(observations), 4, 4, 2)
+        actions = self._actions(points).astype(np.float64).reshape(len(observations), 4, 4, -1)
         found: Array = np.einsum("o,nodc->ncd", weights / (12.0 * step), actions)
         return found
 

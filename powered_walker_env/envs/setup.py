@@ -3,31 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from powered_walker_env.envs.disturbances import Disturbance, disturbance_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.params import Control, WalkerParams, check_state
+from powered_walker_env.params import WalkerParams, check_state
 from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
 from powered_walker_env.presets import PRESETS, preset
-from powered_walker_env.schemes import check_walkable
+from powered_walker_env.schemes import (
+    ANGLE,
+    MOTOR,
+    PASSIVE,
+    SCHEMES,
+    AnyControl,
+    Scheme,
+    check_walkable,
+    scheme,
+    scheme_of,
+)
 from powered_walker_env.stride import Array
 
-#: Action ranges: rad of switch angle, and fraction of the stall torque.
+#: Action ranges of the motor: rad of switch angle, and fraction of the stall torque.
 ACTION_RANGES = {
     "camp1997": (0.15, 0.03),
     "camp1997-as-published": (0.15, 0.03),
     "round-foot": (0.2, 0.3),
 }
+#: Of the other schemes: rad of an angle, and fraction of the strength's absolute value.
+ANGLE_RANGE, STRENGTH_RANGE = 0.15, 0.3
 DEFAULT_PRESET = "camp1997"
+
+
+class _Walker(NamedTuple):
+    """What the arguments of an environment say of its walker."""
+
+    preset: str | None
+    params: WalkerParams
+    control: AnyControl
+    gait: Array
 
 
 def make_task(
     preset_name: str | None,
     params: WalkerParams | Mapping[str, Any] | None,
-    control: Control | Sequence[float] | None,
+    scheme_name: str | None,
+    control: AnyControl | Sequence[float] | None,
     gait: Sequence[Any] | None,
     action_range: Sequence[float] | None,
     reward: str,
@@ -38,7 +60,7 @@ def make_task(
 
     Raises:
         ValueError: contradicting arguments, or one out of its domain.
-        TypeError: params with a field that does not exist.
+        TypeError: params with a field that does not exist, a control that is none.
         GaitNotFoundError: no gait given, and none found.
     """
     if params is not None and preset_name is not None:
@@ -46,30 +68,62 @@ def make_task(
             f"preset and params exclude each other, got preset {preset_name!r} and params; "
             "pass preset=None with params (the registered ids set a preset)"
         )
-    given = _control(control)
+    named = None if scheme_name is None else _powered(scheme(scheme_name))
     if params is None:
-        name = DEFAULT_PRESET if preset_name is None else preset_name
-        walker, nominal, cycle = _from_preset(name, given, gait)
+        walker = _from_preset(preset_name or _first_preset(named), named, control, gait)
     else:
-        name = None
-        walker = params if isinstance(params, WalkerParams) else WalkerParams.from_dict({**params})
-        nominal, cycle = _from_params(walker, given, gait)
+        given = params if isinstance(params, WalkerParams) else WalkerParams.from_dict({**params})
+        walker = _from_params(given, named, control, gait)
+    powered = scheme_of(walker.control)
     if action_range is None:
-        action_range = ACTION_RANGES.get(name or "", ACTION_RANGES[DEFAULT_PRESET])
+        action_range = _default_range(powered, walker.preset)
     return Task(
-        params=walker,
-        control=nominal,
-        gait=cycle,
-        action_range=_pair("action_range", action_range),
-        disturbance=disturbance_of(disturbance, name, walker),
+        params=walker.params,
+        control=walker.control,
+        gait=walker.gait,
+        action_range=_numbers("action_range", action_range, powered),
+        disturbance=disturbance_of(disturbance, walker.preset, walker.params),
         reward=reward,
         effort_weight=_number("effort_weight", effort_weight),
     )
 
 
+def _powered(named: Scheme) -> Scheme:
+    if named is PASSIVE:
+        powered = ", ".join(name for name in SCHEMES if name != PASSIVE.name)
+        raise ValueError(
+            f"scheme must power the walker, got {named.name!r}, which leaves nothing to decide; "
+            f"choose one of {powered}"
+        )
+    return named
+
+
+def _presets_of(powered: Scheme) -> list[str]:
+    return [name for name, known in PRESETS.items() if scheme_of(known.control) is powered]
+
+
+def _first_preset(named: Scheme | None) -> str:
+    """The walker where neither preset nor params are given."""
+    if named is None or named is MOTOR:
+        return DEFAULT_PRESET
+    names = _presets_of(named)
+    if not names:
+        raise ValueError(f"params and control must be given: no preset has scheme {named.name!r}")
+    return names[0]
+
+
+def _default_range(powered: Scheme, preset_name: str | None) -> tuple[float, ...]:
+    if powered is MOTOR:
+        return ACTION_RANGES.get(preset_name or "", ACTION_RANGES[DEFAULT_PRESET])
+    return tuple(ANGLE_RANGE if c == ANGLE else STRENGTH_RANGE for c in powered.columns)
+
+
 def _from_preset(
-    name: str, control: Control | None, gait: Sequence[Any] | None
-) -> tuple[WalkerParams, Control, Array]:
+    name: str,
+    named: Scheme | None,
+    control: AnyControl | Sequence[float] | None,
+    gait: Sequence[Any] | None,
+) -> _Walker:
     chosen = preset(name)
     if chosen.control is None:
         powered = ", ".join(n for n, known in PRESETS.items() if known.control is not None)
@@ -77,33 +131,56 @@ def _from_preset(
             f"preset must be a powered walker, got {name!r}, which has no motor and so nothing "
             f"to decide; choose one of {powered}"
         )
-    if control is None and gait is None:
-        return chosen.params, chosen.control, np.array([chosen.state])
-    nominal = control or chosen.control
-    return chosen.params, nominal, _gait(chosen.params, nominal, gait)
+    own = scheme_of(chosen.control)
+    if named is not None and named is not own:
+        others = ", ".join(_presets_of(named)) or "none"
+        raise ValueError(
+            f"scheme must be {own.name!r} or left out for preset {name!r}, got {named.name!r}; "
+            f"give params and control instead of the preset, or one with this scheme: {others}"
+        )
+    given = _control(control, own, f"preset {name!r}")
+    if given is None and gait is None:
+        return _Walker(name, chosen.params, chosen.control, np.array([chosen.state]))
+    nominal = given or chosen.control
+    return _Walker(name, chosen.params, nominal, _gait(chosen.params, nominal, gait))
 
 
 def _from_params(
-    params: WalkerParams, control: Control | None, gait: Sequence[Any] | None
-) -> tuple[Control, Array]:
-    if control is not None:
-        return control, _gait(params, control, gait)
+    params: WalkerParams,
+    named: Scheme | None,
+    control: AnyControl | Sequence[float] | None,
+    gait: Sequence[Any] | None,
+) -> _Walker:
+    powered = named
+    if named is None:
+        plain = control is None or isinstance(control, (Sequence, np.ndarray))
+        powered = MOTOR if plain else _powered(scheme_of(control))
+    assert powered is not None
+    given = _control(control, powered, f"scheme {powered.name!r}")
+    if given is not None:
+        return _Walker(None, params, given, _gait(params, given, gait))
     if gait is not None:
         raise ValueError("control must be given with params and gait: a gait belongs to a control")
+    return _with_known_control(params, powered)
+
+
+def _with_known_control(params: WalkerParams, powered: Scheme) -> _Walker:
+    """The walker under the first control of a preset that it has a gait with."""
     reasons = []
-    for known in PRESETS.values():
-        if known.control is None:
-            continue
+    for name in _presets_of(powered):
+        known = PRESETS[name].control
+        assert known is not None
         try:
-            return known.control, _gait(params, known.control, None)
+            return _Walker(None, params, known, _gait(params, known, None))
         except GaitNotFoundError as error:
             reasons.append(str(error))
     raise GaitNotFoundError(
-        f"no gait found under the control of any preset; give control (and gait): {reasons[0]}"
+        f"no gait found under the control of any preset with scheme {powered.name!r}; give "
+        f"control (and gait): {reasons[0] if reasons else 'there is no such preset'}"
     )
 
 
-def _gait(params: WalkerParams, control: Control, gait: Sequence[Any] | None) -> Array:
+def _gait(params: WalkerParams, control: AnyControl, gait: Sequence[Any] | None) -> Array:
     """The cycle's post-strike states, given (one state or several) or found."""
     check_walkable(params, control)
     if gait is None:
@@ -117,17 +194,33 @@ def _gait(params: WalkerParams, control: Control, gait: Sequence[Any] | None) ->
     return np.array([check_state(point) for point in points])
 
 
-def _control(control: Control | Sequence[float] | None) -> Control | None:
-    if control is None or isinstance(control, Control):
-        return control
-    return Control(*_pair("control", control))
+def _control(
+    control: AnyControl | Sequence[float] | None, powered: Scheme, whose: str
+) -> AnyControl | None:
+    """The control given, as an object of the scheme; None if none is given."""
+    if control is None:
+        return None
+    if isinstance(control, (Sequence, np.ndarray)) or not hasattr(control, "__dataclass_fields__"):
+        chosen: AnyControl = powered.of_numbers(_numbers("control", control, powered))
+        return chosen
+    if scheme_of(control) is not powered:
+        kind = getattr(powered.control, "__name__", None)
+        raise ValueError(
+            f"control must be a {kind} or its numbers for {whose}, got {control!r}; "
+            "for another scheme give params, the control and no preset"
+        )
+    return control
 
 
-def _pair(name: str, values: Any) -> tuple[float, float]:
-    numbers = tuple(values) if isinstance(values, (Sequence, np.ndarray)) else ()
-    if isinstance(values, str) or len(numbers) != 2:
-        raise ValueError(f"{name} must be two numbers, got {values!r}")
-    return _number(name, numbers[0]), _number(name, numbers[1])
+def _numbers(name: str, values: Any, powered: Scheme) -> tuple[float, ...]:
+    count = len(powered.numbers)
+    given = tuple(values) if isinstance(values, (Sequence, np.ndarray)) else ()
+    if isinstance(values, str) or len(given) != count:
+        need = {1: "one number", 2: "two numbers"}.get(count, f"{count} numbers")
+        raise ValueError(
+            f"{name} must be {need}, got {values!r}; the control is {', '.join(powered.numbers)}"
+        )
+    return tuple(_number(name, value) for value in given)
 
 
 def _number(name: str, value: Any) -> float:

@@ -8,10 +8,9 @@ from typing import Any
 from powered_walker_env.animation import Window
 from powered_walker_env.drawing import Frame
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import Control, PostStrikeState
+from powered_walker_env.params import PostStrikeState
 from powered_walker_env.physics.constants import params_of
 from powered_walker_env.rendering import Renderer
-from powered_walker_env.schemes import POWERED_WALKER
 from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
 
 
@@ -42,10 +41,11 @@ class StrideShow:
         walkers = self.walkers
         params = params_of(walkers.rows[0])
         height = float(walkers.heights[0])
-        control = Control(*walkers.controls[0].tolist())
+        scheme = walkers.task.scheme
+        control = scheme.of_numbers(walkers.controls[0])
         logged = log_stride(start, control, params, height, walkers.rtol, 1.0 / self.fps)
         builder = TrajectoryBuilder(params, start)
-        builder.add(logged, POWERED_WALKER, height)
+        builder.add(logged, scheme.cycle, height)
         if self.mode == "rgb_array":
             self._renderer.follow(builder.build())
         else:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from powered_walker_env.compilation import kernel
 from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturbance
 from powered_walker_env.envs.noise import Words, draw_normals
-from powered_walker_env.params import Control, WalkerParams
+from powered_walker_env.params import WalkerParams
 from powered_walker_env.phases import Outcome
 from powered_walker_env.physics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.record import (
@@ -26,6 +26,7 @@ from powered_walker_env.record import (
     STATE,
     STEP_LENGTH,
 )
+from powered_walker_env.schemes import ANGLE, AnyControl, Scheme, scheme_of
 from powered_walker_env.stride import Array
 
 REWARDS = ("deviation", "contraction", "periodicity")
@@ -41,7 +42,7 @@ STRIDE_INFO = (
     "duration",  # s
     "step_length",  # m, 0 after a fall
     "step_height",  # m, of the ground ahead over the ground under the stance foot
-    "energy_in",  # J, net work of the motor
+    "energy_in",  # J, net work of motor, hip or push
     "positive_work",  # J, its positive part
     "energy_lost",  # J, at the heel strike
     "distance",  # from the gait, scaled
@@ -56,9 +57,9 @@ class Task:
     """What one environment asks of its walker."""
 
     params: WalkerParams
-    control: Control  # the nominal one: zero action, the open-loop baseline
+    control: AnyControl  # the nominal one: zero action, the open-loop baseline
     gait: Array  # (period, 4) post-strike states of the nominal cycle
-    action_range: tuple[float, float]  # rad, and fraction of the stall torque, at action 1
+    action_range: tuple[float, ...]  # (k,) at action 1: rad of an angle, fraction of a strength
     disturbance: Disturbance
     reward: str = "deviation"
     effort_weight: float = 0.0  # reward lost per unit of mechanical cost of transport
@@ -70,26 +71,44 @@ class Task:
             raise ValueError(
                 f"effort_weight must be finite and not negative, got {self.effort_weight!r}"
             )
-        angle, torque = self.action_range
-        reach = min(self.control.switch_angle, 2 * math.pi - self.control.switch_angle)
-        if not 0 < angle < reach:
+        for i, (column, reach) in enumerate(
+            zip(self.scheme.columns, self.action_range, strict=True)
+        ):
+            self._check_reach(f"action_range[{i}]", column, reach)
+        if not self.half_range.any():
             raise ValueError(
-                f"action_range[0] must lie in (0, {reach:.4g}) so that the switch angle stays in "
-                f"(0, 2*pi), got {angle!r}"
+                f"control must not be zero, or there is nothing to decide, got {self.control!r}"
             )
-        if not 0 < torque <= 1:
-            raise ValueError(f"action_range[1] must lie in (0, 1], got {torque!r}")
+
+    def _check_reach(self, name: str, column: int, reach: float) -> None:
+        """Reject an action range that leaves the control's domain."""
+        if column != ANGLE:
+            if not 0 < reach <= 1:
+                raise ValueError(f"{name} must lie in (0, 1], got {reach!r}")
+            return
+        angle = self.scheme.row(self.control)[ANGLE]
+        most = min(angle, 2 * math.pi - angle)
+        if not 0 < reach < most:
+            raise ValueError(
+                f"{name} must lie in (0, {most:.4g}) so that the switch angle stays in "
+                f"(0, 2*pi), got {reach!r}"
+            )
+
+    @property
+    def scheme(self) -> Scheme:
+        """What powers the walker; k is how many numbers its control has."""
+        return scheme_of(self.control)
 
     @property
     def nominal(self) -> Array:
-        """(2,) the nominal switch angle and stall torque."""
-        return np.array([self.control.switch_angle, self.control.stall_torque])
+        """(k,) the numbers of the nominal control; of the motor: switch angle, stall torque."""
+        return np.array([getattr(self.control, name) for name in self.scheme.numbers])
 
     @property
     def half_range(self) -> Array:
-        """(2,) what action 1 adds to the nominal control, rad and N m."""
-        angle, torque = self.action_range
-        return np.array([angle, torque * self.control.stall_torque])
+        """(k,) what action 1 adds to them: rad, or a share of the strength's absolute value."""
+        units = np.where(np.array(self.scheme.columns) == ANGLE, 1.0, np.abs(self.nominal))
+        return np.array(self.action_range) * units
 
     @property
     def scale(self) -> Array:
@@ -140,7 +159,7 @@ def stability_reward(kind: int, state: Array, landed: Array, gait: Array, scale:
 
 @kernel
 def cost_of_transport(result: Array, walker: Array) -> float:
-    """Positive motor work of a stride over weight times step length; `walker` packed."""
+    """Positive work of a stride over weight times step length; `walker` packed."""
     length, mass, gravity = walker[LEG_LENGTH], walker[LEG_MASS], walker[GRAVITY]
     step = max(result[STEP_LENGTH], SHORTEST_STEP * length)
     return result[POSITIVE_WORK] / (2.0 * mass * gravity * step)
@@ -173,27 +192,30 @@ def begin_episodes(
 
 @kernel
 def begin_strides(
-    actions: Array, nominal: Array, half_range: Array, sizes: Array, levels: Array,
-    words: Words, draws: Array, controls: Array, heights: Array,
+    actions: Array, nominal: Array, half_range: Array, strength: int, least: float,
+    sizes: Array, levels: Array, words: Words, draws: Array, controls: Array, heights: Array,
 ) -> None:  # fmt: skip
     """Draw the disturbances of N strides; set their controls and steps of the ground.
 
     Args:
-        actions: (N, 2), clipped to [−1, 1] here.
-        nominal, half_range: (2,) control at action 0, and what action 1 adds.
+        actions: (N, k), clipped to [−1, 1] here.
+        nominal, half_range: (k,) control at action 0, and what action 1 adds.
+        strength: which of the k numbers the torque noise multiplies.
+        least: of the strength: 0, or −∞ where it may be negative.
         sizes: (8,) standard deviations of the draws.
         levels: (N,) m, height of the ground under each stance foot.
         words: (N,) states of the random numbers; they advance.
-        draws: (N, 8) on return, disturbances; controls: (N, 2) on return, switch angle
-            and stall torque with its noise; heights: (N,) on return, m, of the ground
+        draws: (N, 8) on return, disturbances; controls: (N, k) on return, the
+            strength with its noise; heights: (N,) on return, m, of the ground
             ahead over the ground under the stance foot.
     """
     draw_normals(words, sizes, draws)
     for i in range(actions.shape[0]):
-        for j in range(2):
+        for j in range(actions.shape[1]):
             action = min(1.0, max(-1.0, actions[i, j]))
             controls[i, j] = nominal[j] + action * half_range[j]
-        controls[i, 1] = max(0.0, controls[i, 1] * (1.0 + draws[i, TORQUE]))
+        noisy = controls[i, strength] * (1.0 + draws[i, TORQUE])
+        controls[i, strength] = max(least, noisy)
         heights[i] = draws[i, GROUND] - levels[i]
 
 

@@ -26,7 +26,8 @@ from powered_walker_env.envs.walker import (
     observation_space,
 )
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams
+from powered_walker_env.params import PostStrikeState, WalkerParams
+from powered_walker_env.schemes import AnyControl
 
 Observations = NDArray[np.float32]
 Info = dict[str, Any]
@@ -41,7 +42,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
             passes the registered limit.)
         autoreset_mode: `AutoresetMode.NEXT_STEP` (Gymnasium's default), `SAME_STEP` or
             `DISABLED`, or the mode's value as a string.
-        **task: `preset`, `params`, `control`, `gait`, `action_range`, `reward`,
+        **task: `preset`, `params`, `scheme`, `control`, `gait`, `action_range`, `reward`,
             `effort_weight`, `disturbance`, as in `PoweredWalkerEnv`.
 
     Raises:
@@ -56,12 +57,13 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         render_mode: str | None = None,
         preset: str | None = None,
         params: WalkerParams | Mapping[str, Any] | None = None,
-        control: Control | Sequence[float] | None = None,
+        control: AnyControl | Sequence[float] | None = None,
         gait: Sequence[Any] | None = None,
         action_range: Sequence[float] | None = None,
         reward: str = "deviation",
         effort_weight: float = 0.0,
         disturbance: str | Mapping[str, float] | Disturbance = "light",
+        scheme: str | None = None,
     ) -> None:
         if num_envs < 1:
             raise ValueError(f"num_envs must be at least 1, got {num_envs!r}")
@@ -73,7 +75,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
                 'gym.make, or make_vec(vectorization_mode="sync"), for pictures'
             )
         self.task = make_task(
-            preset, params, control, gait, action_range, reward, effort_weight, disturbance
+            preset, params, scheme, control, gait, action_range, reward, effort_weight, disturbance
         )
         self.num_envs = num_envs
         self.max_episode_steps = max_episode_steps
@@ -81,7 +83,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         self.metadata = {"autoreset_mode": self.autoreset_mode}
         self.render_mode = None
         self.single_observation_space = observation_space()
-        self.single_action_space = action_space()
+        self.single_action_space = action_space(self.task.scheme)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.walkers = Walkers(self.task, num_envs, STRIDE_RTOL)
@@ -126,7 +128,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
             gymnasium.error.ResetNeeded: before the first reset, or, with autoreset
                 disabled, while a walker that is over has not been reset.
         """
-        wanted = check_action(actions, (self.num_envs, 2))
+        wanted = check_action(actions, self.action_space.shape, self.task.scheme)
         if not self._started.all():
             raise gym.error.ResetNeeded("call reset() before step()")
         active = None

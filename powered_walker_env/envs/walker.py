@@ -13,7 +13,8 @@ from powered_walker_env.envs.disturbances import Disturbance
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import OBSERVATION_LIMIT, Task
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams, check_state
+from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
+from powered_walker_env.schemes import AnyControl, Scheme
 from powered_walker_env.stride import Array
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ def observation_space() -> gym.Space[Observation]:
     return space
 
 
-def action_space() -> gym.Space[Action]:
-    """Switch angle, then stall torque; zero is the open loop."""
-    space: Any = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
+def action_space(powered: Scheme) -> gym.Space[Action]:
+    """One for each number of the control, as switch angle and stall torque; 0: the open loop."""
+    space: Any = gym.spaces.Box(-1.0, 1.0, (len(powered.numbers),), np.float32)
     return space
 
 
@@ -74,6 +75,16 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
 
     `env.unwrapped.control(action)` gives the control that an action means.
 
+    Another `scheme` has another control, and one action for each of its k numbers,
+    `Box(-1, 1, (k,), float32)`, in this order. By default ±1 is ±0.15 rad of an angle and
+    ±30 % of the absolute value of a strength.
+
+    | Scheme                                         | Control                           |
+    |------------------------------------------------|-----------------------------------|
+    | `motor`, `motor-with-stop`                     | switch angle, stall torque (N m)  |
+    | `toe-off`, `toe-off-at-strike`, `late-toe-off` | impulse (N s)                     |
+    | `hip-torque`                                   | switch angle, hip torque (N m)    |
+
     ## Observation Space
 
     `Box(-20, 20, (4,), float32)`: the post-strike state minus the nominal gait's, over
@@ -103,14 +114,15 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
       post-strike states: no target gait needed; 0 on a fall.
 
     `reward_effort` is −`effort_weight` times the stride's mechanical cost of transport
-    (positive motor work over weight times step length); 0 by default, and on a fall.
+    (positive work over weight times step length); 0 by default, and on a fall.
 
     `info` has the same keys at every step and at reset: `state` (the true post-strike
     state α, s, α', β', rad and rad/s, without sensor noise; the last one after a fall),
-    `control` (rad and N m, torque noise included), `outcome` (an int, see
+    `control` (its numbers, SI units, torque noise included), `outcome` (an int, see
     `powered_walker_env.Outcome`), `duration` (s), `step_length` and `step_height` (m),
-    `energy_in`, `positive_work` and `energy_lost` (J, by the motor and at heel strike),
-    `distance` (d after the stride), and the terms of the reward.
+    `energy_in`, `positive_work` and `energy_lost` (J, by what powers it and at heel
+    strike), `distance` (d after the stride), and the terms of the reward. Schemes other
+    than the motor's have each number of the control by its name, too (`impulse`).
 
     ## Starting State
 
@@ -132,15 +144,18 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
     |-----------------|---------------|-------------------------------------------------|
     | `preset`        | `"camp1997"`  | a powered one of `PRESETS`; the ids set it      |
     | `params`        | `None`        | with `preset=None`: `WalkerParams`, or a dict   |
-    | `control`       | `None`        | nominal (switch angle, stall torque), rad, N m  |
+    | `scheme`        | `None`        | what powers it, by name; the preset's, `motor`  |
+    | `control`       | `None`        | nominal: the scheme's numbers, or an object     |
     | `gait`          | `None`        | its post-strike state, or those of its cycle    |
-    | `action_range`  | `None`        | (rad, fraction) that action 1 adds              |
+    | `action_range`  | `None`        | what action 1 adds: rad, fraction of a strength |
     | `reward`        | `"deviation"` | or `"contraction"`, `"periodicity"`             |
     | `effort_weight` | `0.0`         | reward lost per unit of cost of transport       |
     | `disturbance`   | `"light"`     | a level, or standard deviations by kind         |
     | `render_mode`   | `None`        | `"human"`, `"rgb_array"` or `"rgb_array_list"`  |
 
-    Control and gait that are left out are those of the preset. A walker given by `params`,
+    Control and gait that are left out are those of the preset, whose scheme cannot be
+    changed: `scheme` chooses the first preset that has it if neither `preset` nor `params`
+    is given. With `params` it says whose numbers `control` holds. A walker given by `params`,
     or a preset under another control, needs a gait: given, it is taken as it is; left out,
     it is searched, with `GaitNotFoundError` if there is none.
 
@@ -160,7 +175,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
     | `push`       | rad/s, both leg rates, per stride | 0.005 / 0.01            |
     | `ground`     | leg lengths, height per landing   | 0.00019 / 0.00061       |
     | `slope`      | rad, per episode                  | 0.0039 / 0.01           |
-    | `torque`     | fraction of it, per stride        | 0.005 / 0.02            |
+    | `torque`     | fraction of strength, per stride  | 0.005 / 0.02            |
     | `sensor`     | observation units, per stride     | 0.026 / 0.053           |
     | `parameters` | fraction of each ¹, per episode   | 0.015 / 0.064           |
 
@@ -174,7 +189,8 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
     | `parameters` | 0.12 / 0.2                  | 0.13 / 0.27               |
 
     ¹ foot length, leg mass, leg inertia and no-load speed of the motor, log-normal. Other
-    walkers take the thesis's levels, the push in proportion to √(g/L).
+    walkers take the thesis's levels, the push in proportion to √(g/L), but for the presets
+    `toe-off` and `hip-torque`, which have their own (see `envs/disturbances.py`).
 
     ## Version History
 
@@ -190,13 +206,14 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
         self,
         preset: str | None = None,
         params: WalkerParams | Mapping[str, Any] | None = None,
-        control: Control | Sequence[float] | None = None,
+        control: AnyControl | Sequence[float] | None = None,
         gait: Sequence[Any] | None = None,
         action_range: Sequence[float] | None = None,
         reward: str = "deviation",
         effort_weight: float = 0.0,
         disturbance: str | Mapping[str, float] | Disturbance = "light",
         render_mode: str | None = None,
+        scheme: str | None = None,
     ) -> None:
         """See the class.
 
@@ -209,25 +226,26 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
                 f"render_mode must be one of {self.metadata['render_modes']}, got {render_mode!r}"
             )
         self.task: Task = make_task(
-            preset, params, control, gait, action_range, reward, effort_weight, disturbance
+            preset, params, scheme, control, gait, action_range, reward, effort_weight, disturbance
         )
         self.render_mode = render_mode
         self.observation_space = observation_space()
-        self.action_space = action_space()
+        self.action_space = action_space(self.task.scheme)
         self._walkers = Walkers(self.task, 1, STRIDE_RTOL)
         self._seeded = False
         self._walking = False  # from a reset to a fall
         self._show: StrideShow | None = None
 
-    def control(self, action: Sequence[float] | Action) -> Control:
+    def control(self, action: Sequence[float] | Action) -> AnyControl:
         """The control that an action means: the public action mapping (without noise).
 
         Raises:
-            ValueError: an action that is not two finite numbers.
+            ValueError: an action that is not k finite numbers.
         """
-        wanted = np.clip(check_action(action, (2,)), -1.0, 1.0)
-        switch_angle, stall_torque = self.task.nominal + wanted * self.task.half_range
-        return Control(float(switch_angle), float(stall_torque))
+        scheme = self.task.scheme
+        wanted = np.clip(check_action(action, self.action_space.shape, scheme), -1.0, 1.0)
+        meant: AnyControl = scheme.of_numbers(self.task.nominal + wanted * self.task.half_range)
+        return meant
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -254,14 +272,14 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):
         """Walk one stride.
 
         Raises:
-            ValueError: an action that is not two finite numbers.
+            ValueError: an action that is not k finite numbers.
             gymnasium.error.ResetNeeded: before the first reset, or after a fall.
         """
         if not self._walking:
             raise gym.error.ResetNeeded(
                 "call reset(): no walk has begun yet, or it ended in a fall"
             )
-        wanted = check_action(action, (2,))
+        wanted = check_action(action, self.action_space.shape, self.task.scheme)
         start = PostStrikeState(*self._walkers.states[0].tolist())
         result = self._walkers.step(wanted[np.newaxis])
         self._walking = not result.terminated[0]
@@ -332,7 +350,7 @@ def check_options(options: dict[str, Any] | None) -> PostStrikeState | None:
     return None if state is None else check_state(state)
 
 
-def check_action(action: Any, shape: tuple[int, ...]) -> Array:
+def check_action(action: Any, shape: tuple[int, ...] | None, powered: Scheme) -> Array:
     """The action as float64.
 
     Raises:
@@ -343,9 +361,9 @@ def check_action(action: Any, shape: tuple[int, ...]) -> Array:
     except (TypeError, ValueError):
         raise ValueError(f"action must be numbers of shape {shape}, got {action!r}") from None
     if wanted.shape != shape:
+        numbers = ", ".join(name.replace("_", " ") for name in powered.numbers)
         raise ValueError(
-            f"action must have shape {shape}, (switch angle, stall torque) for each walker, got "
-            f"{wanted.shape}"
+            f"action must have shape {shape}, ({numbers}) for each walker, got {wanted.shape}"
         )
     if not np.isfinite(wanted).all():
         raise ValueError(f"action must be finite, got {wanted[~np.isfinite(wanted)][0]}")

@@ -6,6 +6,7 @@ a single environment with its seed meets.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,7 @@ from powered_walker_env.envs.task import (
 from powered_walker_env.params import PostStrikeState
 from powered_walker_env.phases import Outcome
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.schemes import POWERED_WALKER
+from powered_walker_env.schemes import MOTOR
 from powered_walker_env.stride import Array, run_batch
 
 Rows = slice | NDArray[np.intp]
@@ -53,7 +54,7 @@ class Walkers:
         self.states = np.tile(task.gait[0], (count, 1))
         self.observations = np.zeros((count, 4), np.float32)
         self.levels = np.zeros(count)  # m, height of the ground under each stance foot
-        self.controls = np.tile(task.nominal, (count, 1))  # of the last stride
+        self.controls = np.tile(task.nominal, (count, 1))  # (N, k) of the last stride
         self.heights = np.zeros(count)  # m, steps of the ground in the last stride
         # Packed walkers: one for all, unless every episode has its own.
         self._differ = disturbance.slope > 0 or disturbance.parameters > 0
@@ -62,6 +63,11 @@ class Walkers:
         self._nominal, self._half_range = task.nominal, task.half_range
         self._kind = REWARDS.index(task.reward)
         self._sizes = disturbance.sizes(task.params)
+        self._scheme = task.scheme
+        self._strength = self._scheme.strength or 0
+        self._least = 0.0 if self._scheme.positive else -math.inf
+        # Version 0 of the motor's environments knows its control as one array only.
+        self._named = () if self._scheme is MOTOR else self._scheme.numbers
 
     def seed(self, i: int, generator: np.random.Generator) -> None:
         """Draw where the random numbers of walker i begin."""
@@ -91,7 +97,7 @@ class Walkers:
         self.levels[rows] = self.heights[rows] = 0.0
 
     def step(self, actions: Array, active: NDArray[np.bool_] | None = None) -> Step:
-        """One stride under (N, 2) actions, of every walker or of the active ones only.
+        """One stride under (N, k) actions, of every walker or of the active ones only.
 
         A walker left out draws no random numbers and keeps its state; its entries of the
         result are those of a start.
@@ -102,13 +108,15 @@ class Walkers:
         observations = self.observations[rows]
         walkers = self.rows[rows] if self._differ else self.rows
         count = len(states)
-        draws, controls = np.empty((count, STEP_DRAWS)), np.empty((count, 2))
+        draws, controls = np.empty((count, STEP_DRAWS)), np.empty_like(actions)
         heights, rewards = np.empty(count), np.empty(count)
         terminated, info = np.empty(count, np.bool_), np.empty((len(STRIDE_INFO), count))
         begin_strides(
             actions,
             self._nominal,
             self._half_range,
+            self._strength,
+            self._least,
             self._sizes,
             levels,
             words,
@@ -116,7 +124,8 @@ class Walkers:
             controls,
             heights,
         )
-        batch = run_batch(POWERED_WALKER, states, controls, walkers, heights, self.rtol)
+        acting = self._scheme.rows(controls)  # as the kernel takes them
+        batch = run_batch(self._scheme.cycle, states, acting, walkers, heights, self.rtol)
         end_strides(
             self._kind,
             self.task.effort_weight,
@@ -159,6 +168,7 @@ class Walkers:
 
     def _info(self, outcomes: NDArray[np.int64], table: Array) -> dict[str, NDArray[Any]]:
         info = {"state": self.states.copy(), "control": self.controls.copy(), "outcome": outcomes}
+        info |= {name: self.controls[:, i].copy() for i, name in enumerate(self._named)}
         return info | dict(zip(STRIDE_INFO, table, strict=True))
 
     def get_state(self, i: int) -> dict[str, Any]:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from powered_walker_env.figures.sheet import BLUE, GREY, INK, RED, VIOLET, Drawing, sheet, styled
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare import Gait
+from powered_walker_env.poincare.maps import control_scheme
 from powered_walker_env.stride import Array
 from powered_walker_env.trajectory import Trajectory, walk
 
 SAMPLES = 240  # per stride
-POWERED = 1  # index of the phase with the motor on
 
 
 @styled
@@ -28,18 +28,21 @@ def gait_figure(
     stop (q2 − q2_lock); at heel strike legs and feet change their parts.
 
     Args:
-        gait: a powered gait under a constant control.
+        gait: one of an ankle motor, under a constant control.
         periods: how many to show.
         foot_panel: show the foot once more by itself, enlarged.
 
     Raises:
-        ValueError: a passive gait (it has no start of the motor), or one that falls.
+        ValueError: a gait without an ankle motor, or one that falls.
     """
-    if gait.control is None:
-        raise ValueError("gait must be a powered one, got a passive gait; plot its walk instead")
+    powered = control_scheme(gait.control)
+    if not powered.moves_ankle:
+        raise ValueError(
+            f"gait must be one of an ankle motor, got a {powered.name} gait; plot its walk instead"
+        )
     walked = _walk(gait, periods)
     time = math.sqrt(gait.params.gravity / gait.params.leg_length)
-    t, angles, phase = _from_motor_start(walked, periods * gait.period)
+    t, angles, on = _from_motor_start(walked, periods * gait.period)
     rows, height = (2, 5.4) if foot_panel else (1, 4.0)
     figure, panels = sheet(rows, height, sharex=True, height_ratios=[2, 1][:rows])
     axes = panels[0]
@@ -57,7 +60,7 @@ def gait_figure(
         panels[1].set_ylabel("foot (rad)")
     for number, panel in enumerate(panels):
         panel.axhline(0, color=INK, linewidth=0.6, zorder=1)
-        _shade_motor(panel, t * time, phase, "motor on" if number == 0 else None)
+        _shade_motor(panel, t * time, on, "motor on" if number == 0 else None)
     panels[-1].set_xlabel(r"time $t\sqrt{g/L}$")
     figure.align_ylabels()
     figure.legend(loc="outside lower center", ncols=4, columnspacing=1.4)
@@ -67,7 +70,7 @@ def gait_figure(
         "stance_angle_rad": angles[0],
         "swing_angle_rad": angles[1],
         "foot_from_stop_rad": angles[2],
-        "motor_on": (phase == POWERED).astype(int),
+        "motor_on": on.astype(int),
     }
     return Drawing(figure, columns)
 
@@ -86,15 +89,19 @@ def _walk(gait: Gait, periods: int) -> Trajectory:
     return walked
 
 
-def _from_motor_start(walked: Trajectory, strides: int) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Time, the three angles (3, n) and the phase between two starts of the motor."""
-    starts = np.flatnonzero(np.diff(walked.phase, prepend=0) == 1)
+def _from_motor_start(walked: Trajectory, strides: int) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Time, the three angles (3, n), whether the motor is on: between two starts of it."""
+    starts = np.flatnonzero(np.diff(walked.motor_on.astype(int), prepend=0) == 1)
     rows = slice(int(starts[0]), int(starts[strides]))
     q = walked.q[rows]
     stance = q[:, 0] + q[:, 1]
     swing = stance + q[:, 2] - math.pi
     foot = q[:, 1] - walked.params.locked_ankle_angle
-    return walked.t[rows] - walked.t[rows][0], np.array([stance, swing, foot]), walked.phase[rows]
+    return (
+        walked.t[rows] - walked.t[rows][0],
+        np.array([stance, swing, foot]),
+        walked.motor_on[rows],
+    )
 
 
 def _broken(x: Array, y: Array) -> tuple[Array, Array]:
@@ -103,8 +110,8 @@ def _broken(x: Array, y: Array) -> tuple[Array, Array]:
     return np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
-def _shade_motor(axes: Axes, x: Array, phase: NDArray[np.int64], label: str | None) -> None:
-    on = np.concatenate([[0], (phase == POWERED).astype(int), [0]])
+def _shade_motor(axes: Axes, x: Array, motor: NDArray[np.bool_], label: str | None) -> None:
+    on = np.concatenate([[0], motor.astype(int), [0]])
     begins, ends = np.flatnonzero(np.diff(on) == 1), np.flatnonzero(np.diff(on) == -1) - 1
     for begin, end in zip(begins, ends, strict=True):
         axes.axvspan(x[begin], x[end], color=GREY, alpha=0.18, linewidth=0, label=label)

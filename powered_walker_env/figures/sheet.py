@@ -42,6 +42,8 @@ STYLE: Any = {
 LABELS = {
     "switch_angle": "switch angle (rad)",
     "stall_torque": "stall torque (N m)",
+    "impulse": "toe-off impulse (N s)",
+    "hip_torque": "hip torque (N m)",
     "leg_length": "leg length (m)",
     "foot_length": "foot length (m)",
     "foot_radius": "foot radius (m)",

@@ -17,12 +17,13 @@ import numpy as np
 
 from powered_walker_env import record
 from powered_walker_env.params import PostStrikeState, WalkerParams
-from powered_walker_env.phases import Cycle, Outcome
+from powered_walker_env.phases import Joints, Outcome
 from powered_walker_env.physics.constants import constants_of
 from powered_walker_env.physics.ground import swing_foot
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.ground_force import (
     ComplexArray,
+    WalkedStride,
     forces,
     impulse_of,
     logged_strides,
@@ -31,7 +32,6 @@ from powered_walker_env.poincare.ground_force import (
 from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.schemes import AnyControl
 from powered_walker_env.stride import Array
-from powered_walker_env.trajectory import LoggedStride
 
 STILL = 1e-9  # rad, m/L and rad/s·√(L/g): less than this is rounding
 
@@ -49,7 +49,8 @@ class ContactReport:
     min_normal_force: float  # N, least normal force on the stance foot; below 0 it lifts off
     max_normal_force: float  # N
     friction: float  # least coefficient that keeps the stance foot from slipping
-    min_stop_torque: float  # N m, the stop's on the locked foot; below 0 it would need a latch
+    min_stop_torque: float  # N m, the stop's on the locked foot beside a motor's; below 0 it would
+    # need a latch
     min_clearance: float  # m, of the swing foot after the legs have passed; below 0 it scuffs
     max_clearance: float  # m, likewise; at most 0: it never comes up through the floor
     deepest: float  # m, lowest height of the swing foot in the whole swing
@@ -75,7 +76,7 @@ class ContactReport:
     @property
     def stop_suffices(self) -> bool:
         """Whether a stop that can only push holds the foot in the passive swing."""
-        return self.min_stop_torque >= 0.0
+        return self.min_stop_torque >= -STILL * self.weight  # at its release it is zero
 
     @property
     def scuffs(self) -> bool:
@@ -151,7 +152,7 @@ def contact_report(
     if strides < 1:
         raise ValueError(f"strides must be at least 1, got {strides!r}")
     reports = [
-        _examine(*stride, params) for stride in logged_strides(params, control, state, strides)
+        _examine(stride, params) for stride in logged_strides(params, control, state, strides)
     ]
     return _worst(reports)
 
@@ -167,12 +168,12 @@ def foot_motion(gait: Gait) -> tuple[float, int]:
     The same numbers as in the report, at a small part of its cost.
     """
     walked = logged_strides(gait.params, gait.control, gait.state, gait.period)
-    motions = [_foot_motion(logged.log, gait.params) for logged, _, _ in walked]
+    motions = [_foot_motion(stride, gait.params) for stride in walked]
     return max(overrun for overrun, _ in motions), max(turns for _, turns in motions)
 
 
-def _foot_motion(log: Array, params: WalkerParams) -> tuple[float, int]:
-    powered = log[log[:, 7] == 1]
+def _foot_motion(walked: WalkedStride, params: WalkerParams) -> tuple[float, int]:
+    powered = walked.logged.log[walked.rows(Joints.ANKLE_FREE)]
     ankle, ankle_rate = powered[:, 2] - powered[:, 1], powered[:, 5] - powered[:, 4]
     overrun = float(np.max(ankle - params.locked_ankle_angle, initial=0.0))
     return overrun, _reversals(ankle_rate, math.sqrt(params.gravity / params.leg_length))
@@ -198,18 +199,16 @@ def _needed_friction(force: ComplexArray) -> float:
     return float(np.max(np.abs(force.imag) / force.real))
 
 
-def _examine(
-    logged: LoggedStride, cycle: Cycle, stall_torque: float, params: WalkerParams
-) -> ContactReport:
-    c = constants_of(params)
+def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
+    c, logged = constants_of(params), walked.logged
     log = logged.log
-    force, torque = forces(log, cycle, stall_torque, c)
-    locked = log[:, 7] == 0
+    force, torque, motor = forces(walked, c)
+    locked = walked.rows(Joints.ANKLE_LOCKED)
     height = np.array([swing_foot(*row, c).real for row in log[:, 1:4]])
     passed = height[log[:, 2] > log[:, 3] - math.pi]
-    jump = impulse_of(logged, c)
-    ankle_velocity, foot_velocity = trailing_foot(logged, c)
-    overrun, reversals = _foot_motion(log, params)
+    jump = impulse_of(walked, c)
+    ankle_velocity, foot_velocity = trailing_foot(walked, c)
+    overrun, reversals = _foot_motion(walked, params)
     return ContactReport(
         outcome=logged.outcome,
         strides=1,
@@ -217,7 +216,7 @@ def _examine(
         min_normal_force=float(force.real.min()),
         max_normal_force=float(force.real.max()),
         friction=_needed_friction(force),
-        min_stop_torque=float(torque[locked].min()),
+        min_stop_torque=float((torque - motor)[locked].min()),
         min_clearance=float(logged.result[record.MIN_CLEARANCE]),
         max_clearance=float(passed.max()) if len(passed) else math.nan,
         deepest=float(height.min()),

@@ -14,7 +14,7 @@ from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
 from powered_walker_env.phases import Outcome
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
 from powered_walker_env.presets import PRESETS
-from powered_walker_env.schemes import AnyControl
+from powered_walker_env.schemes import MOTOR, PASSIVE, AnyControl, Scheme, scheme_of
 from powered_walker_env.stride import Array
 
 SECTIONS = ("switch", "post-strike")
@@ -42,11 +42,12 @@ class Gait:
     section_state: tuple[float, float, float] | None  # (q1, u1, u3) at the switch
     multipliers: NDArray[np.complex128]  # Floquet multipliers, largest first
     jacobian: Array = field(repr=False)  # (4, 4) of the post-strike map over the period
-    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and stall torque (under
-    # a policy: by what is added to its controls)
+    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and strength, as
+    # stall torque (under a policy: by what is added to its controls)
     duration: float  # s, of the whole period
     step_length: float  # m, of the whole period
-    positive_work: float  # J, of the whole period
+    positive_work: float  # J, of motor, hip or push over the whole period
+    electrical_energy: float = 0.0  # J, into the ankle motor, if any, over the whole period
 
     @property
     def spectral_radius(self) -> float:
@@ -65,7 +66,7 @@ class Gait:
 
     @property
     def cost_of_transport(self) -> float:
-        """Positive motor work over the walker's weight times the distance."""
+        """Positive work over the walker's weight times the distance."""
         weight = 2.0 * self.params.leg_mass * self.params.gravity
         return self.positive_work / (weight * self.step_length)
 
@@ -94,7 +95,7 @@ def find_gait(
         ValueError: a bad argument.
     """
     stride_map = StrideMap(params, control)
-    section = _check_section(section, control)
+    section = _check_section(section, stride_map.scheme)
     if period < 1:
         raise ValueError(f"period must be at least 1, got {period!r}")
     starts = _starts(stride_map, period) if guess is None else np.array([check_state(guess)])
@@ -111,14 +112,20 @@ def find_gait(
     )
 
 
-def _check_section(section: str | None, control: AnyControl | Policy | None) -> str:
+def _check_section(section: str | None, powered: Scheme) -> str:
     if section is None:
-        return "post-strike" if control is None else "switch"
+        return natural_section(powered)
     if section not in SECTIONS:
         raise ValueError(f"section must be one of {SECTIONS}, got {section!r}")
-    if section == "switch" and control is None:
-        raise ValueError("section must be 'post-strike' for a passive walker, which has no switch")
+    if section == "switch" and not powered.switches:
+        whose = "a passive walker" if powered.control is None else f"scheme {powered.name!r}"
+        raise ValueError(f"section must be 'post-strike' for {whose}, which has no switch")
     return section
+
+
+def natural_section(powered: Scheme) -> str:
+    """The thesis's section where a stride has a switch."""
+    return "switch" if powered.switches else "post-strike"
 
 
 def _starts(stride_map: StrideMap, period: int) -> Array:
@@ -136,12 +143,16 @@ def _starts(stride_map: StrideMap, period: int) -> Array:
 
 
 def _of_presets(stride_map: StrideMap) -> Array:
-    """The gaits of the presets that are powered, or passive, like this walker, to its scale."""
-    passive = stride_map.control is None
-    alike = [preset for preset in PRESETS.values() if (preset.control is None) == passive]
+    """The gaits, to this walker's scale, of the presets that are powered like it.
+
+    And of those with the plainest scheme of the same joints: the motor, or none.
+    """
+    plain = MOTOR if stride_map.scheme.moves_ankle else PASSIVE
+    known = (stride_map.scheme, plain)
+    alike = [preset for preset in PRESETS.values() if scheme_of(preset.control) in known]
     scaled = np.array([np.array(p.state) / natural_units(p.params) for p in alike])
-    known: Array = scaled * natural_units(stride_map.params)
-    return known
+    states: Array = scaled * natural_units(stride_map.params)
+    return states
 
 
 def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
@@ -179,10 +190,11 @@ def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> 
     point = stride_map.differentiate(state, period)
     multipliers = np.linalg.eigvals(point.by_state).astype(complex)
     multipliers = multipliers[np.argsort(-abs(multipliers), kind="stable")]
-    states, work = [state], []
+    states, work, electrical = [state], [], []
     for _ in range(period):
         batch = stride_map.strides(states[-1][np.newaxis])
         work.append(float(batch.results[0, record.POSITIVE_WORK]))
+        electrical.append(float(batch.electrical_energy[0]))
         states.append(batch.state[0])
     first = PostStrikeState(*state.tolist())
     at_switch = None
@@ -203,4 +215,5 @@ def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> 
         duration=point.duration,
         step_length=point.step_length,
         positive_work=math.fsum(work),
+        electrical_energy=math.fsum(electrical),
     )

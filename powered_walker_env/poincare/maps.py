@@ -23,7 +23,14 @@ from powered_walker_env.derivatives import directions, run_derivatives
 from powered_walker_env.params import PostStrikeState, WalkerParams
 from powered_walker_env.phases import Cycle, Outcome
 from powered_walker_env.physics.constants import pack
-from powered_walker_env.schemes import MOTOR, AnyControl, Scheme, check_walkable, scheme_of
+from powered_walker_env.schemes import (
+    MOTOR,
+    AnyControl,
+    Scheme,
+    check_walkable,
+    scheme,
+    scheme_of,
+)
 from powered_walker_env.stride import Array, StrideBatch, run_batch
 from powered_walker_env.trajectory import log_stride
 
@@ -35,10 +42,11 @@ _STATE, _CONTROL = slice(0, 4), slice(4, 6)
 class Policy(Protocol):
     """A control law: post-strike states (N, 4) to switch angles and stall torques (N, 2).
 
-    (Or to the k numbers of another scheme's control, (N, k).)
+    A policy of another way to power the walker has an attribute `scheme`, the name of one of
+    `SCHEMES`, and gives the k numbers of its control, (N, k).
 
     A policy that knows its derivative, or calculates in less than double precision, has
-    a method `derivative(states)`, (N, 4) to (N, 2, 4): it is used in place of differences.
+    a method `derivative(states)`, (N, 4) to (N, k, 4): it is used in place of differences.
     """
 
     def __call__(self, states: Array, /) -> Array:
@@ -67,7 +75,7 @@ class MapPoint(NamedTuple):
 
     @property
     def by_control(self) -> Array:
-        """(4, 2) by switch angle, rad, and stall torque, N m."""
+        """(4, 2) by switch angle, rad, and strength (of the motor: stall torque), SI units."""
         return self.by[:, _CONTROL]
 
     @property
@@ -87,7 +95,6 @@ class StrideMap:
     params: WalkerParams
     control: AnyControl | Policy | None
     rtol: float = SECTION_RTOL
-    policy_scheme: Scheme = MOTOR  # what a policy's numbers control
 
     def __post_init__(self) -> None:
         constant = self.scheme.control_of((1.0, 0.0)) if callable(self.control) else self.control
@@ -96,7 +103,7 @@ class StrideMap:
     @property
     def scheme(self) -> Scheme:
         """What powers the walker."""
-        return self.policy_scheme if callable(self.control) else scheme_of(self.control)
+        return control_scheme(self.control)
 
     @property
     def cycle(self) -> Cycle:
@@ -172,6 +179,21 @@ class StrideMap:
             self.cycle, start, self.controls(start), walker, self.rtol, changes
         )
         return strides.results[0], derivatives[0], Outcome(int(strides.outcome[0]))
+
+
+def control_scheme(control: AnyControl | Policy | None) -> Scheme:
+    """The scheme of a constant control, of none, or of a policy (by its `scheme`; the motor).
+
+    Raises:
+        TypeError: something that is no control.
+        ValueError: a policy whose scheme does not exist, or has nothing to decide.
+    """
+    if not callable(control):
+        return scheme_of(control)
+    found = scheme(getattr(control, "scheme", MOTOR.name))
+    if found.control is None:
+        raise ValueError(f"a policy's scheme must have a control, got {found.name!r}")
+    return found
 
 
 def policy_derivative(stride_map: StrideMap, state: Array) -> Array:

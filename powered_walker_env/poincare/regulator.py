@@ -10,7 +10,7 @@ import scipy.linalg
 
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import natural_units
-from powered_walker_env.schemes import scheme_of
+from powered_walker_env.schemes import MOTOR, scheme_of
 from powered_walker_env.stride import Array
 
 
@@ -24,6 +24,7 @@ class Regulator:
     low: Array  # (k,) bounds of the control
     high: Array
     cost: Array = field(repr=False)  # (4, 4) of the deviations to come, from (x − x₀), quadratic
+    scheme: str = MOTOR.name  # what the numbers control
 
     def __call__(self, states: Array) -> Array:
         """(N, k) controls."""
@@ -88,4 +89,5 @@ def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) 
         low=np.maximum(nominal - reach, low),
         high=np.minimum(nominal + reach, high),
         cost=P / np.outer(units, units),
+        scheme=scheme.name,
     )

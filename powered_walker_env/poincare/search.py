@@ -30,6 +30,7 @@ from powered_walker_env.poincare.gaits import (
     GaitNotFoundError,
     describe,
     find_gait,
+    natural_section,
     newton,
 )
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
@@ -80,7 +81,7 @@ def find_gaits(
     if period < 1 or starts < 1:
         raise ValueError(f"period and starts must be at least 1, got {period!r} and {starts!r}")
     exact = StrideMap(params, control)
-    section = "post-strike" if control is None else "switch"
+    section = natural_section(exact.scheme)
     rough = StrideMap(params, control, rtol=SEARCH_RTOL)
     options: RunOptions = {"backend": "threading", **run}
     work = functools.partial(_near, rough, period)

@@ -41,9 +41,9 @@ class Viability:
     """What the best control can do from each start."""
 
     gait: Gait  # under its constant control, the middle of the bounds
-    low: Array  # (2,) bounds of switch angle, rad, and stall torque, N m
+    low: Array  # (k,) bounds of the control; of the motor: switch angle, stall torque
     high: Array
-    grid: tuple[int, int]  # angles and torques tried, besides the regulator's own
+    grid: tuple[int, ...]  # (k,) values of each tried, besides the regulator's own
     depth: int  # strides searched
     width: int  # walkers kept of each start from stride to stride
     states: Array = field(repr=False)  # (N, 4) the starts
@@ -51,7 +51,7 @@ class Viability:
     lost: NDArray[np.int64] = field(repr=False)  # (N,) strides that any sequence walks before it
     # falls, if all do; −1: not known to be lost
     walked: NDArray[np.int64] = field(repr=False)  # (N,) strides of the longest sequence found
-    first_control: Array = field(repr=False)  # (N, 2) of the best sequence found
+    first_control: Array = field(repr=False)  # (N, k) of the best sequence found
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -64,7 +64,7 @@ def viable_states(
     half_range: Sequence[float],
     states: Slice | ArrayLike,
     *,
-    grid: tuple[int, int] = (5, 5),
+    grid: int | Sequence[int] = 5,
     depth: int = 8,
     width: int = 8,
     **run: Unpack[RunOptions],
@@ -73,10 +73,11 @@ def viable_states(
 
     Args:
         gait: of one stride under a constant control.
-        half_range: (2,) how far switch angle, rad, and stall torque, N m, may go from
-            the gait's own.
+        half_range: (k,) how far the numbers of the control (of the motor: switch angle,
+            rad, and stall torque, N m) may go from the gait's own.
         states: a `Slice`, or (N, 4).
-        grid: angles and torques tried at every stride, the bounds included.
+        grid: values of each number tried at every stride, the bounds included; one count
+            for all, or one for each.
         depth: strides within which a walker must be safe.
         width: walkers kept of each start from one stride to the next.
         run: where it runs, see `run_pieces`.
@@ -84,32 +85,33 @@ def viable_states(
     Raises:
         ValueError: bad bounds; a regulated gait that is not stable.
     """
-    if min(grid) < 2 or depth < 1 or width < 1:
+    counts = (grid,) * len(half_range) if isinstance(grid, int) else tuple(grid)
+    if len(counts) != len(half_range) or min(counts, default=0) < 2 or depth < 1 or width < 1:
         raise ValueError(
-            f"grid must be at least 2 by 2, depth and width at least 1, got {grid!r}, {depth!r}, "
-            f"{width!r}"
+            f"grid must be at least {' by '.join('2' for _ in half_range)}, depth and width at "
+            f"least 1, got {grid!r}, {depth!r}, {width!r}"
         )
     starts, regulator = starts_of(states), regulate(gait, half_range)
     trap = trap_around(find_gait(gait.params, regulator, gait.state))
     corners = [
         np.linspace(low, high, number)
-        for low, high, number in zip(regulator.low, regulator.high, grid, strict=True)
+        for low, high, number in zip(regulator.low, regulator.high, counts, strict=True)
     ]
-    controls = np.stack(np.meshgrid(*corners, indexing="ij"), axis=-1).reshape(-1, 2)
+    controls = np.stack(np.meshgrid(*corners, indexing="ij"), axis=-1).reshape(-1, len(counts))
     stride_map = StrideMap(gait.params, gait.control, RTOL)
     work = [
         _Work(stride_map, regulator, trap, controls, starts[part], depth, width)
         for part in blocks(len(starts), ROWS)
     ]
     found = [np.concatenate(parts) for parts in zip(*run_pieces(search, work, **run), strict=True)]
-    return Viability(gait, regulator.low, regulator.high, grid, depth, width, starts, *found)
+    return Viability(gait, regulator.low, regulator.high, counts, depth, width, starts, *found)
 
 
 class _Work(NamedTuple):
     stride_map: StrideMap
     regulator: Regulator
     trap: Trap
-    controls: Array  # (G, 2)
+    controls: Array  # (G, k)
     states: Array
     depth: int
     width: int
@@ -153,12 +155,11 @@ def _children(work: _Work, now: _Walkers, first: bool) -> _Walkers:
     """The walkers that are still up after a stride with each control of the grid."""
     each = len(work.controls) + 1
     own = work.regulator(now.state)[:, np.newaxis]
-    grid = np.broadcast_to(work.controls, (len(now.state), each - 1, 2))
-    controls = np.concatenate([own, grid], axis=1).reshape(-1, 2)
+    grid = np.broadcast_to(work.controls, (len(now.state), *work.controls.shape))
+    controls = np.concatenate([own, grid], axis=1).reshape(len(now.state) * each, -1)
     states, row = np.repeat(now.state, each, axis=0), pack(work.stride_map.params)[np.newaxis]
-    batch = run_batch(
-        work.stride_map.cycle, states, controls, row, np.zeros(1), work.stride_map.rtol
-    )
+    powered, rtol = work.stride_map.scheme, work.stride_map.rtol
+    batch = run_batch(powered.cycle, states, powered.rows(controls), row, np.zeros(1), rtol)
     firsts = controls if first else np.repeat(now.first, each, axis=0)
     return _Walkers(np.repeat(now.start, each), batch.state, firsts).take(batch.walked)
 

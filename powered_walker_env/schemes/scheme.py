@@ -7,9 +7,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.phases import Cycle
+from powered_walker_env.phases import Cycle, Joints
 
 #: The kernel's row of a control: a switch angle, rad, and the strength of what acts, SI.
 ANGLE, STRENGTH = 0, 1
@@ -24,6 +24,21 @@ class Scheme(NamedTuple):
     control: type | None  # a frozen dataclass of numbers; None: nothing to control
     columns: tuple[int, ...] = ()  # where each of its numbers goes: ANGLE or STRENGTH
     positive: bool = True  # must the strength not be negative
+
+    @property
+    def strength(self) -> int | None:
+        """Which of the numbers is the strength of what acts; None: nothing does."""
+        return self.columns.index(STRENGTH) if STRENGTH in self.columns else None
+
+    @property
+    def switches(self) -> bool:
+        """Whether a stride has a switch, the section of the thesis."""
+        return ANGLE in self.columns
+
+    @property
+    def moves_ankle(self) -> bool:
+        """Whether the foot ever turns; else it stays locked for the whole stride."""
+        return any(phase.joints == Joints.ANKLE_FREE for phase in self.cycle)
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -45,6 +60,10 @@ class Scheme(NamedTuple):
         rows[:] = NO_SWITCH, 0.0
         rows[:, self.columns] = numbers
         return rows
+
+    def of_numbers(self, numbers: ArrayLike) -> Any:
+        """The control with these k numbers; None where there is nothing to control."""
+        return self.control_of(self.rows(np.asarray(numbers, np.float64)[np.newaxis])[0])
 
     def control_of(self, row: Any) -> Any:
         """The inverse of `row`; None where there is nothing to control."""
