@@ -243,7 +243,7 @@ def _run(
     code = encode(cycle)
 
     def work(part: slice) -> None:
-        kernel.run_strides(
+        run_rows(
             code,
             states[part],
             controls[part],
@@ -251,14 +251,25 @@ def _run(
             heights if len(heights) == 1 else heights[part],
             rtol,
             results[part],
-            0.0,
-            NO_LOG,
-            None,
-            NO_LOG,
         )
 
     run_in_slices(work, len(states))
     return results, outcomes_of(results)
+
+
+def run_rows(
+    code: Array, states: Array, controls: Array, rows: Array, heights: Array, rtol: float,
+    results: Array,
+) -> None:  # fmt: skip
+    """The strides of one slice on this thread, without the interpreter's lock.
+
+    Args:
+        code: of the cycle (`phases.encode`); the rest as in `run_batch`.
+        results: (N, record.RESULTS) is written.
+    """
+    kernel.run_strides(
+        code, states, controls, rows, heights, rtol, results, 0.0, NO_LOG, None, NO_LOG
+    )
 
 
 def outcomes_of(results: Array) -> NDArray[np.int64]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compilation import kernel
+from powered_walker_env.compilation import kernel, threaded_kernel
 from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturbance
 from powered_walker_env.envs.noise import Words, draw_normals
 from powered_walker_env.params import WalkerParams
@@ -22,6 +22,7 @@ from powered_walker_env.record import (
     DURATION,
     ENERGY_IN,
     ENERGY_LOST,
+    OUTCOME,
     POSITIVE_WORK,
     STATE,
     STEP_LENGTH,
@@ -190,7 +191,7 @@ def begin_episodes(
         observe(states[i], gait, scale, draws[i, SENSOR], observations[i])
 
 
-@kernel
+@threaded_kernel
 def begin_strides(
     actions: Array, nominal: Array, half_range: Array, strength: int, least: float,
     sizes: Array, levels: Array, words: Words, draws: Array, controls: Array, heights: Array,
@@ -219,10 +220,10 @@ def begin_strides(
         heights[i] = draws[i, GROUND] - levels[i]
 
 
-@kernel
+@threaded_kernel
 def end_strides(
     kind: int, effort_weight: float, gait: Array, scale: Array, walkers: Array,
-    outcomes: NDArray[np.int64], results: Array, draws: Array, heights: Array,
+    results: Array, draws: Array, heights: Array,
     states: Array, levels: Array, observations: NDArray[np.float32],
     rewards: Array, terminated: NDArray[np.bool_], info: Array,
 ) -> None:  # fmt: skip
@@ -231,17 +232,17 @@ def end_strides(
     Args:
         kind: index in `REWARDS`.
         walkers: packed, N or one for all.
-        outcomes, results: of the kernel, by row.
+        results: of the kernel, by row.
         draws: (N, 8) disturbances; the push on both leg rates follows the heel strike,
             rad/s; sensor noise is in units of the observation.
         heights: (N,) m, steps of the ground.
         states, levels, observations: of the start of the strides; on return, of their
             ends, unless a walker fell: then they stay.
         rewards, terminated: (N,) on return.
-        info: (rows of `STRIDE_INFO`, N) on return.
+        info: (N, columns of `STRIDE_INFO`) on return.
     """
-    for i in range(outcomes.shape[0]):
-        fell = outcomes[i] != WALKED
+    for i in range(results.shape[0]):
+        fell = results[i, OUTCOME] != WALKED
         stability, effort, fall = 0.0, 0.0, 0.0
         if fell:
             fall = CONTRACTION_FALL if kind == CONTRACTION else 0.0
@@ -257,11 +258,11 @@ def end_strides(
             observe(states[i], gait, scale, draws[i, SENSOR], observations[i])
         rewards[i] = stability + effort + fall
         terminated[i] = fell
-        info[0, i] = results[i, DURATION]
-        info[1, i] = results[i, STEP_LENGTH]
-        info[2, i] = heights[i]
-        info[3, i] = results[i, ENERGY_IN]
-        info[4, i] = results[i, POSITIVE_WORK]
-        info[5, i] = results[i, ENERGY_LOST]
-        info[6, i] = distance_to_gait(states[i], gait, scale)
-        info[7, i], info[8, i], info[9, i] = stability, effort, fall
+        info[i, 0] = results[i, DURATION]
+        info[i, 1] = results[i, STEP_LENGTH]
+        info[i, 2] = heights[i]
+        info[i, 3] = results[i, ENERGY_IN]
+        info[i, 4] = results[i, POSITIVE_WORK]
+        info[i, 5] = results[i, ENERGY_LOST]
+        info[i, 6] = distance_to_gait(states[i], gait, scale)
+        info[i, 7], info[i, 8], info[i, 9] = stability, effort, fall

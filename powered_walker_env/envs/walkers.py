@@ -24,10 +24,12 @@ from powered_walker_env.envs.task import (
     end_strides,
 )
 from powered_walker_env.params import PostStrikeState
-from powered_walker_env.phases import Outcome
+from powered_walker_env.phases import Outcome, encode
 from powered_walker_env.physics.constants import pack
+from powered_walker_env.record import RESULTS
 from powered_walker_env.schemes import MOTOR
-from powered_walker_env.stride import Array, run_batch
+from powered_walker_env.stride import Array, outcomes_of, run_rows
+from powered_walker_env.threads import run_in_slices
 
 Rows = slice | NDArray[np.intp]
 EVERY = slice(None)
@@ -110,52 +112,59 @@ class Walkers:
         count = len(states)
         draws, controls = np.empty((count, STEP_DRAWS)), np.empty_like(actions)
         heights, rewards = np.empty(count), np.empty(count)
-        terminated, info = np.empty(count, np.bool_), np.empty((len(STRIDE_INFO), count))
-        begin_strides(
-            actions,
-            self._nominal,
-            self._half_range,
-            self._strength,
-            self._least,
-            self._sizes,
-            levels,
-            words,
-            draws,
-            controls,
-            heights,
-        )
-        acting = self._scheme.rows(controls)  # as the kernel takes them
-        batch = run_batch(self._scheme.cycle, states, acting, walkers, heights, self.rtol)
-        end_strides(
-            self._kind,
-            self.task.effort_weight,
-            self._gait,
-            self._scale,
-            walkers,
-            batch.outcome,
-            batch.results,
-            draws,
-            heights,
-            states,
-            levels,
-            observations,
-            rewards,
-            terminated,
-            info,
-        )
+        results, table = np.empty((count, RESULTS)), np.empty((count, len(STRIDE_INFO)))
+        terminated, code = np.empty(count, np.bool_), encode(self._scheme.cycle)
+
+        def walk(part: slice) -> None:
+            each = walkers[part] if self._differ else walkers
+            begin_strides(
+                actions[part],
+                self._nominal,
+                self._half_range,
+                self._strength,
+                self._least,
+                self._sizes,
+                levels[part],
+                words[part],
+                draws[part],
+                controls[part],
+                heights[part],
+            )
+            acting = self._scheme.rows(controls[part])  # as the kernel takes them
+            run_rows(code, states[part], acting, each, heights[part], self.rtol, results[part])
+            end_strides(
+                self._kind,
+                self.task.effort_weight,
+                self._gait,
+                self._scale,
+                each,
+                results[part],
+                draws[part],
+                heights[part],
+                states[part],
+                levels[part],
+                observations[part],
+                rewards[part],
+                terminated[part],
+                table[part],
+            )
+
+        run_in_slices(walk, count)
+        outcomes, info = outcomes_of(results), np.ascontiguousarray(table.T)
         self.controls[rows], self.heights[rows] = controls, heights
         if active is None:  # the other arrays were views
-            return Step(
-                self.observations.copy(), rewards, terminated, self._info(batch.outcome, info)
-            )
+            return Step(self.observations.copy(), rewards, terminated, self._info(outcomes, info))
         self.words[rows], self.states[rows], self.levels[rows] = words, states, levels
         self.observations[rows] = observations
         all_rewards, all_terminated = np.zeros(self.count), np.zeros(self.count, np.bool_)
         all_rewards[rows], all_terminated[rows] = rewards, terminated
-        outcomes, table = self._nothing()
-        outcomes[rows], table[:, rows] = batch.outcome, info
+        all_outcomes, all_info = self._nothing()
+        all_outcomes[rows], all_info[:, rows] = outcomes, info
         return Step(
-            self.observations.copy(), all_rewards, all_terminated, self._info(outcomes, table)
+            self.observations.copy(),
+            all_rewards,
+            all_terminated,
+            self._info(all_outcomes, all_info),
         )
 
     def start_info(self) -> dict[str, NDArray[Any]]:
