@@ -120,6 +120,7 @@ def begin(d, lane):
         d.S[S + 1, lane], d.S[S + 2, lane] = change[k, 0], change[k, 1]
         d.S[S + 3, lane], d.S[S + 4, lane] = change[k, 2], change[k, 2]
         d.S[S + 5, lane] = change[k, 3]
+        d.shift[k, lane] = 0.0
 
 
 @internal
@@ -199,7 +200,8 @@ def _guard_rate(guard, y, before, drive, c):
 def leave_phases(d, s, w, mask):
     """Move S to the events, which move too: S + f⁻ dt with dt = −(∇g·S + ∂g/∂p)/ġ.
 
-    An event that is there already at the start of its phase does not move.
+    An event that is there as its phase begins moves with the event before it, and at the
+    start of a stride not at all.
     """
     c, y, drive = _walkers(w), _state(w.y), acting(w)
     before = flow(load(w.locked, 0) > 0.0, y, drive, c)
@@ -209,7 +211,7 @@ def leave_phases(d, s, w, mask):
         S = load_state(d.S, DIMENSION * k)
         dc = _walker(d, k, s, unfold, c)
         switch, strength = d.changes[k, _SWITCH], d.changes[k, _STRENGTH]
-        dt = 0.0 * target
+        dt = where(load(s.elapsed, 0) > 0.0, 0.0, load(d.shift, k))
         for guard in range(1, FALL):
             if bits(target == guard):
                 change = _guard_tangent(guard, y, before, S, drive, switch, strength, c, dc)
