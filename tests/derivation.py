@@ -8,6 +8,7 @@ Nothing here comes from the package but the names of a walker's parameters.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
@@ -28,8 +29,10 @@ from powered_walker_env.params import WalkerParams
 
 Array = NDArray[np.float64]
 
-L, D, R, X, Y, M, I, G, SLOPE, LOCK = PARAMETERS = sp.symbols("L D R X Y M I g slope q2lock")
-TORQUE = sp.Symbol("tau")
+L, D, R, X, Y, M, I, G, SLOPE, LOCK, K = PARAMETERS = sp.symbols(
+    "L D R X Y M I g slope q2lock k_hip"
+)
+TORQUE, HIP_TORQUE = sp.symbols("tau tau_hip")  # on foot and swing leg; back on the stance leg
 TO_RELATIVE = np.array([[1.0, 0, 0], [-1, 1, 0], [0, -1, 1]])  # (q1, q2, q3) from (φ, α, β)
 TO_ABSOLUTE = np.tril(np.ones((3, 3)))
 
@@ -38,7 +41,8 @@ def values(params: WalkerParams) -> tuple[float, ...]:
     """The numbers for `PARAMETERS`."""
     p = params
     leg = (p.leg_length, p.foot_length, p.foot_radius, p.com_along, p.com_across)
-    return (*leg, p.leg_mass, p.leg_inertia, p.gravity, p.slope, p.locked_ankle_angle)
+    weight = (p.leg_mass, p.leg_inertia, p.gravity, p.slope)
+    return (*leg, *weight, p.locked_ankle_angle, p.hip_stiffness)
 
 
 def _function(arguments: list[Any], expressions: Any) -> Callable[..., Any]:
@@ -76,26 +80,41 @@ def _kane(locked: bool) -> Callable[..., Any]:
     ]
 
     weight = -M * G * (sp.cos(SLOPE) * n.x - sp.sin(SLOPE) * n.y)  # downhill is forward
-    loads = [(com_a, weight), (com_b, weight), (f, TORQUE * n.z), (a, -TORQUE * n.z)]
+    loads = [(com_a, weight), (com_b, weight), (f, TORQUE * n.z), (b, HIP_TORQUE * n.z)]
+    loads += [(a, -(TORQUE + HIP_TORQUE) * n.z)]
     angles, speeds = ([q1, q3], [u1, u3]) if locked else ([q1, q2, q3], [u1, u2, u3])
     rates = [q.diff() - u for q, u in zip(angles, speeds, strict=True)]
     kane = KanesMethod(n, q_ind=angles, u_ind=speeds, kd_eqs=rates)
     kane.kanes_equations(legs, loads)
-    return _function([q1, q2, q3, *speeds, TORQUE], [kane.mass_matrix, kane.forcing])
+    torques = [TORQUE, HIP_TORQUE]
+    return _function([q1, q2, q3, *speeds, *torques], [kane.mass_matrix, kane.forcing])
+
+
+def hip_spring(q3: float, params: WalkerParams) -> float:
+    """Torque on the swing leg of a spring that is slack with the legs side by side, q3 = π."""
+    return float(params.hip_stiffness * (math.pi - q3))
 
 
 def powered_system(
-    q: ArrayLike, u: ArrayLike, torque: float, params: WalkerParams
+    q: ArrayLike, u: ArrayLike, torque: float, params: WalkerParams, hip: float = 0.0
 ) -> tuple[Array, Array]:
-    """Kane's mass matrix (3×3) and forcing (3) in powered mode: matrix · u' = forcing."""
-    matrix, forcing = _kane(False)(*np.asarray(q), *np.asarray(u), torque, *values(params))
+    """Kane's mass matrix (3×3) and forcing (3) in powered mode: matrix · u' = forcing.
+
+    The hip's torque is `hip`, N m on the swing leg, and its spring's.
+    """
+    q = np.asarray(q)
+    torques = torque, hip + hip_spring(q[2], params)
+    matrix, forcing = _kane(False)(*q, *np.asarray(u), *torques, *values(params))
     return np.asarray(matrix), np.asarray(forcing).ravel()
 
 
-def locked_system(q: ArrayLike, u: ArrayLike, params: WalkerParams) -> tuple[Array, Array]:
+def locked_system(
+    q: ArrayLike, u: ArrayLike, params: WalkerParams, hip: float = 0.0
+) -> tuple[Array, Array]:
     """The same with q2 held, in the speeds (u1, u3); `u` holds all three."""
-    u1, _, u3 = np.asarray(u)
-    matrix, forcing = _kane(True)(*np.asarray(q), u1, u3, 0.0, *values(params))
+    q, (u1, _, u3) = np.asarray(q), np.asarray(u)
+    torques = 0.0, hip + hip_spring(q[2], params)
+    matrix, forcing = _kane(True)(*q, u1, u3, *torques, *values(params))
     return np.asarray(matrix), np.asarray(forcing).ravel()
 
 
@@ -123,7 +142,7 @@ def _points() -> tuple[Callable[..., Any], Callable[..., Any]]:
     square = sum((v.T * v)[0] for v in velocities[-2:])
     kinetic = M * square / 2 + I * ((u1 + u2) ** 2 + (u1 + u2 + u3) ** 2) / 2
     up = sp.Matrix([sp.cos(SLOPE), -sp.sin(SLOPE)])
-    potential = M * G * (up.T * (com_a + com_b))[0]
+    potential = M * G * (up.T * (com_a + com_b))[0] + K * (q3 - sp.pi) ** 2 / 2
     gradient = [sp.diff(kinetic + potential, symbol) for symbol in state]
     moving = _function(list(state), [points, velocities])
     return moving, _function(list(state), [kinetic, potential, gradient])
@@ -160,6 +179,6 @@ class Energies(NamedTuple):
 
 
 def energies(q: ArrayLike, u: ArrayLike, params: WalkerParams) -> Energies:
-    """Σ ½M|v|² + ½Iω² and Σ M g·(height), from the centres of mass."""
+    """Σ ½M|v|² + ½Iω², and Σ M g·(height) with the hip spring's ½k(q3 − π)²."""
     result = _points()[1](*np.asarray(q), *np.asarray(u), *values(params))
     return Energies(result[0], result[1], np.asarray(result[2]))

@@ -60,6 +60,12 @@ def random_walkers(seed: int, number: int, **fixed: Any) -> Iterator[WalkerParam
         yield random_walker(rng, **fixed)
 
 
+def sprung(params: WalkerParams, rng: np.random.Generator) -> WalkerParams:
+    """The same walker with a spring between its legs, up to MgL per radian."""
+    weight = params.leg_mass * params.gravity
+    return params.replace(hip_stiffness=weight * params.leg_length * rng.uniform(0.1, 1.0))
+
+
 def random_motion(rng: np.random.Generator) -> Array:
     """(φ, α, β, φ', α', β') anywhere."""
     return np.concatenate([rng.uniform(-math.pi, math.pi, 3), rng.uniform(-3.0, 3.0, 3)])

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from powered_walker_env.params import Control, PostStrikeState, WalkerParams
-from tests.derivation import Array, locked_system, powered_system
+from tests.derivation import Array, energies, locked_system, powered_system
 from tests.test_heel_strike import (
     Moving,
     after,
@@ -56,29 +56,73 @@ def swing(state: PostStrikeState, control: Control, params: WalkerParams) -> tup
     return float(solution.t[-1]), solution.y[:, -1]
 
 
-def extension(t: float, y: Array, control: Control, params: WalkerParams) -> Landing:
-    """The powered mode until the swing foot falls through the floor ahead."""
+def motor(ankle_rate: float, control: Control, params: WalkerParams) -> float:
+    """Torque of the motor on its line (u2 < 0 extends), within its limit, N m."""
+    torque = control.stall_torque * (1.0 + ankle_rate / params.no_load_speed)
+    limit = params.torque_limit or math.inf
+    return min(max(torque, -limit), limit)
+
+
+def height(q: Array, params: WalkerParams) -> float:
+    """Of the swing foot over the floor, m."""
+    foot_angle, stance, swinging = np.cumsum(q)
     lock, length, foot = params.locked_ankle_angle, params.leg_length, params.foot_length
-    start = np.array([y[0], lock, y[1], y[2], 0.0, y[3]])
+    feet = foot * (math.cos(foot_angle) + math.cos(swinging - lock))
+    return float(feet + length * (math.cos(stance) + math.cos(swinging)))
+
+
+def extension(t: float, y: Array, control: Control, params: WalkerParams) -> Landing:
+    """The powered mode until the swing foot falls through the floor ahead.
+
+    Where the motor comes off its limit the flow has a kink: it is integrated up to there.
+    """
+    start = np.array([y[0], params.locked_ankle_angle, y[1], y[2], 0.0, y[3]])
+    while True:
+        time, state, landed = _extension(t, start, control, params)
+        if landed:
+            return Landing(time, state[:3], state[3:])
+        # Past the kink by far more than rounding, so that it is not met again.
+        t, start = time, state
+
+
+def _extension(
+    t: float, start: Array, control: Control, params: WalkerParams
+) -> tuple[float, Array, bool]:
+    """Powered up to the landing or the kink, whichever comes first; is it the landing?"""
+    limit = params.torque_limit or math.inf
+
+    def line(y: Array) -> float:
+        return control.stall_torque * (1.0 + y[4] / params.no_load_speed)
+
+    ramp = _slope_of_line(start, control, params)
+    limited = line(start) > limit or (line(start) > limit * (1 - 1e-9) and ramp > 0.0)
 
     def flow(_: float, y: Array) -> Array:
-        torque = control.stall_torque * (1.0 + y[4] / params.no_load_speed)
+        torque = limit if limited else line(y)
         mass, force = powered_system(y[:3], y[3:], torque, params)
         return np.concatenate([y[3:], np.linalg.solve(mass, force)])
 
-    def height(_: float, y: Array) -> float:
-        foot_angle, stance, swinging = np.cumsum(y[:3])
-        return float(
-            foot * (math.cos(foot_angle) + math.cos(swinging - lock))
-            + length * (math.cos(stance) + math.cos(swinging))
-        )
+    def landing(_: float, y: Array) -> float:
+        return height(y[:3], params)
 
-    height.direction = -1  # type: ignore[attr-defined]
-    solution = solve_ivp(flow, (t, t + 3.0), start, events=height, **TOLERANCES)
+    def kink(_: float, y: Array) -> float:
+        return 1.0 if math.isinf(limit) else (line(y) - limit) / limit
+
+    landing.direction = -1  # type: ignore[attr-defined]
+    kink.direction = -1 if limited else 1  # type: ignore[attr-defined]
+    kink.terminal = True  # type: ignore[attr-defined]
+    solution = solve_ivp(flow, (t, t + 3.0), start, events=(landing, kink), **TOLERANCES)
     for time, state in zip(solution.t_events[0], solution.y_events[0], strict=True):
         if state[2] < math.pi:  # the swing foot is ahead
-            return Landing(float(time), state[:3], state[3:])
-    raise AssertionError("the swing foot did not land")
+            return float(time), state, True
+    assert solution.status == 1, "the swing foot did not land"
+    return float(solution.t[-1]), solution.y[:, -1], False
+
+
+def _slope_of_line(y: Array, control: Control, params: WalkerParams) -> float:
+    """Sign of the change of the motor's line in time."""
+    mass, force = powered_system(y[:3], y[3:], motor(y[4], control, params), params)
+    return float(np.linalg.solve(mass, force)[1])
 
 
 def strike(landing: Landing, params: WalkerParams) -> PostStrikeState:
@@ -103,3 +147,84 @@ def stride_otherwise(
     t, y = swing(state, control, params)
     landing = extension(t, y, control, params)
     return strike(landing, params), landing
+
+
+class StoppedStride(NamedTuple):
+    """A stride of a motor with a stop: how it went from phase to phase."""
+
+    state: PostStrikeState
+    landing: Landing
+    released: list[float]  # s
+    stopped: list[float]  # s
+    lost: float  # J, at the stops
+
+
+def needed_torque(q: Array, u: Array, params: WalkerParams) -> float:
+    """The ankle torque under which Kane's free walker does not turn its ankle, N m."""
+    mass, slack = powered_system(q, u, 0.0, params)
+    _, pushed = powered_system(q, u, 1.0, params)
+    at_rest, response = np.linalg.solve(mass, np.column_stack([slack, pushed - slack]))[1]
+    return float(-at_rest / response)
+
+
+def stopped_at(q: Array, u: Array, params: WalkerParams) -> Array:
+    """(u1, 0, u3) after the ankle's stop: the impulse is a torque at the ankle, so that it
+    changes Kane's momentum of u2 alone."""
+    mass, _ = powered_system(q, u, 0.0, params)
+    hinges = [0, 2]
+    u1, u3 = np.linalg.solve(mass[np.ix_(hinges, hinges)], mass[hinges] @ u)
+    return np.array([u1, 0.0, u3])
+
+
+def stride_with_stop(
+    state: PostStrikeState, control: Control, params: WalkerParams
+) -> StoppedStride:
+    """A whole stride of a conserving walker on flat ground, whose motor has no limit."""
+    lock, torque = params.locked_ankle_angle, control.stall_torque
+    released: list[float] = []
+    stopped: list[float] = []
+    lost = 0.0
+    t, (q1, q3, u1, u3) = swing(state, control, params)
+    y = np.array([q1, lock, q3, u1, 0.0, u3])
+
+    def landing(_: float, y: Array) -> float:
+        return height(y[:3], params)
+
+    def release(_: float, y: Array) -> float:
+        return needed_torque(y[:3], y[3:], params) - torque
+
+    def stop(_: float, y: Array) -> float:
+        return float(lock - y[1])
+
+    def held(_: float, y: Array) -> Array:
+        mass, force = locked_system(y[:3], y[3:], params)
+        du1, du3 = np.linalg.solve(mass, force)
+        return np.array([y[3], 0.0, y[5], du1, 0.0, du3])
+
+    def free(_: float, y: Array) -> Array:
+        mass, force = powered_system(y[:3], y[3:], motor(y[4], control, params), params)
+        return np.concatenate([y[3:], np.linalg.solve(mass, force)])
+
+    for event in (landing, release, stop):
+        event.direction = -1  # type: ignore[attr-defined]
+    release.terminal = stop.terminal = True  # type: ignore[attr-defined]
+    holding = release(t, y) > 0.0
+    if not holding:
+        released.append(t)
+    while True:
+        flow, guard = (held, release) if holding else (free, stop)
+        solution = solve_ivp(flow, (t, t + 3.0), y, events=(landing, guard), **TOLERANCES)
+        for time, at in zip(solution.t_events[0], solution.y_events[0], strict=True):
+            if at[2] < math.pi - 1e-3:  # the swing foot is ahead, not passing by
+                down = Landing(float(time), at[:3], at[3:])
+                return StoppedStride(strike(down, params), down, released, stopped, lost)
+        assert solution.status == 1, "the swing foot did not land"
+        t, y = float(solution.t[-1]), solution.y[:, -1]
+        if holding:
+            released.append(t)
+        else:
+            stopped.append(t)
+            before = energies(y[:3], y[3:], params).kinetic
+            y = np.array([y[0], lock, y[2], *stopped_at(y[:3], y[3:], params)])
+            lost += before - energies(y[:3], y[3:], params).kinetic
+        holding = not holding

@@ -8,17 +8,34 @@ import pytest
 from powered_walker_env.params import WalkerParams
 from powered_walker_env.phases import Joints, Torque
 from powered_walker_env.physics import actuation, swing
+from powered_walker_env.physics.actuation import Drive
 from tests import derivation
 from tests.derivation import Array
-from tests.samples import as_published, constants, random_motion, random_walkers, relative
+from tests.samples import (
+    as_published,
+    constants,
+    random_motion,
+    random_walkers,
+    relative,
+    sprung,
+)
 
 STALL = 700.0
 MOTOR = WalkerParams(no_load_speed=8.0)
 EXTENDING = np.linspace(-12.0, -0.1, 30)  # u2, rad/s: extension makes q2 fall
 
 
+def drive(torque: Torque, strength: float = STALL, params: WalkerParams = MOTOR) -> Drive:
+    return actuation.drive(int(torque), strength, constants(params))
+
+
 def torque_at(ankle_rate: float, params: WalkerParams = MOTOR) -> float:
-    return actuation.motor_torque(ankle_rate, STALL, constants(params))
+    acting = drive(Torque.MOTOR, STALL, params)
+    return actuation.ankle_torque(moving(ankle_rate), acting, constants(params))
+
+
+def power_at(ankle_rate: float, torque: Torque = Torque.MOTOR) -> float:
+    return actuation.power(moving(ankle_rate), drive(torque), constants(MOTOR))
 
 
 def moving(ankle_rate: float) -> Array:
@@ -26,10 +43,10 @@ def moving(ankle_rate: float) -> Array:
     return np.array([-2.0, 0.1, 3.0, 0.3 - ankle_rate, 0.3, 0.4])
 
 
-def flow(joints: Joints, torque: Torque, y: Array, stall: float, params: WalkerParams) -> Array:
-    rate = np.empty(6)
-    actuation.flow(int(joints), int(torque), y, stall, constants(params), rate)
-    return rate
+def flow(joints: Joints, torque: Torque, y: Array, strength: float, params: WalkerParams) -> Array:
+    locked = joints is Joints.ANKLE_LOCKED
+    acting = drive(torque, strength, params)
+    return np.array(actuation.flow(locked, y, acting, constants(params)))
 
 
 def test_motor_at_rest_gives_its_stall_torque() -> None:
@@ -63,26 +80,51 @@ def test_departure_3_the_listed_motor_pushes_harder_the_faster_it_extends() -> N
 def test_power_is_the_torques_work_rate_on_foot_and_leg() -> None:
     for u2 in EXTENDING:
         y = moving(u2)
-        power = actuation.ankle_power(Torque.MOTOR, y, STALL, constants(MOTOR))
-        assert power == pytest.approx(torque_at(u2) * (y[3] - y[4]), rel=1e-12)
+        assert power_at(u2) == pytest.approx(torque_at(u2) * (y[3] - y[4]), rel=1e-12)
 
 
 def test_power_is_greatest_at_half_the_no_load_speed_and_a_quarter_of_stall_times_it() -> None:
-    powers = [
-        actuation.ankle_power(Torque.MOTOR, moving(-speed), STALL, constants(MOTOR))
-        for speed in np.linspace(0.0, 8.0, 33)
-    ]
+    powers = [power_at(-speed) for speed in np.linspace(0.0, 8.0, 33)]
     assert int(np.argmax(powers)) == 16
     assert powers[16] == pytest.approx(STALL * 8.0 / 4, rel=1e-14)
 
 
 def test_motor_brakes_beyond_its_no_load_speed() -> None:
-    assert actuation.ankle_power(Torque.MOTOR, moving(-10.0), STALL, constants(MOTOR)) < 0
+    assert power_at(-10.0) < 0
 
 
 def test_no_torque_and_no_power_where_the_phase_has_none() -> None:
-    assert actuation.ankle_torque(Torque.NONE, -3.0, STALL, constants(MOTOR)) == 0.0
-    assert actuation.ankle_power(Torque.NONE, moving(-3.0), STALL, constants(MOTOR)) == 0.0
+    still = actuation.ankle_torque(moving(-3.0), drive(Torque.NONE), constants(MOTOR))
+    assert still == 0.0
+    assert power_at(-3.0, Torque.NONE) == 0.0
+    assert drive(Torque.NONE).hip == 0.0
+
+
+def test_hip_torque_turns_the_swing_leg_forward_and_works_on_the_angle_between_the_legs() -> None:
+    acting, y = drive(Torque.HIP, 30.0), moving(-3.0)
+    assert acting.hip == -30.0  # β falls as the swing leg goes forward
+    assert actuation.ankle_torque(y, acting, constants(MOTOR)) == 0.0
+    power = actuation.power(y, acting, constants(MOTOR))
+    assert power == pytest.approx(-30.0 * (y[5] - y[4]), rel=1e-15)
+
+
+def test_hip_torque_and_spring_drive_kanes_equations_in_both_modes() -> None:
+    rng = np.random.default_rng(4)
+    for plain in random_walkers(4, 50):
+        params, y = sprung(plain, rng), random_motion(rng)
+        strength = plain.leg_mass * plain.gravity * plain.leg_length * rng.uniform(-1, 1)
+        q, u = relative(y)
+        matrix, forcing = derivation.powered_system(q, u, 0.0, params, -strength)
+        expected = derivation.TO_ABSOLUTE @ np.linalg.solve(matrix, forcing)
+        rounding = 1e-15 * np.linalg.cond(matrix) * np.abs(expected).max()
+        free = flow(Joints.ANKLE_FREE, Torque.HIP, y, strength, params)
+        assert free[3:] == pytest.approx(expected, abs=rounding)
+        y[3] = y[4]
+        q, u = relative(y)
+        du1, du3 = np.linalg.solve(*derivation.locked_system(q, u, params, -strength))
+        locked = flow(Joints.ANKLE_LOCKED, Torque.HIP, y, strength, params)
+        largest = np.hypot(du1, du1 + du3)
+        assert locked[3:] == pytest.approx([du1, du1, du1 + du3], abs=5e-14 * largest)
 
 
 def test_powered_flow_is_kanes_with_the_motors_torque() -> None:
@@ -107,16 +149,26 @@ def test_free_flow_without_torque_is_that_of_a_limp_ankle() -> None:
     for params in random_walkers(2, 20):
         y = random_motion(rng)
         rate = flow(Joints.ANKLE_FREE, Torque.NONE, y, STALL, params)
-        limp = swing.free_accelerations(*y, 0.0, constants(params))
+        limp = swing.accelerations(False, y, 0.0, 0.0, constants(params))
         assert rate == pytest.approx([*y[3:], *limp], abs=0)
 
 
 def test_locked_flow_turns_foot_and_leg_as_one_body_whatever_the_torque() -> None:
+    """The ankle's torque is internal: what is left of it is the rounding of τ − τ."""
     rng = np.random.default_rng(3)
     for params in random_walkers(3, 20):
         y = random_motion(rng)
         y[3] = y[4]
-        ddalpha, ddbeta = swing.locked_accelerations(*y[:3], *y[4:], constants(params))
-        for torque in Torque:
-            rate = flow(Joints.ANKLE_LOCKED, torque, y, STALL, params)
-            assert rate == pytest.approx([*y[3:], ddalpha, ddalpha, ddbeta], abs=0)
+        _, ddalpha, ddbeta = swing.accelerations(True, y, 0.0, 0.0, constants(params))
+        expected = [*y[3:], ddalpha, ddalpha, ddbeta]
+        assert flow(Joints.ANKLE_LOCKED, Torque.NONE, y, STALL, params) == pytest.approx(
+            expected, abs=0
+        )
+        matrix, _ = derivation.locked_system(*relative(y), params)
+        torque = abs(
+            actuation.ankle_torque(y, drive(Torque.MOTOR, STALL, params), constants(params))
+        )
+        pushed = np.abs(np.linalg.solve(matrix, [torque, 0.0])).sum()
+        rate = flow(Joints.ANKLE_LOCKED, Torque.MOTOR, y, STALL, params)
+        assert rate[3] == rate[4]
+        assert rate == pytest.approx(expected, abs=1e-15 * (pushed + np.abs(expected).max()))

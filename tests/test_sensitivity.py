@@ -2,53 +2,61 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, WalkerParams, kernel, record
-from powered_walker_env.phases import Cycle, Outcome, encode
+from powered_walker_env import PRESETS, Control, WalkerParams, record
+from powered_walker_env.derivatives import directions, run_derivatives
+from powered_walker_env.phases import Cycle, Outcome
 from powered_walker_env.physics.constants import PACKED, pack
 from powered_walker_env.poincare.maps import StrideMap
-from powered_walker_env.schemes import PASSIVE_WALKER, POWERED_WALKER, scheme_of
-from powered_walker_env.sensitivity import OUTPUTS
-from powered_walker_env.stride import NO_LOG
+from powered_walker_env.schemes import (
+    ANGLE,
+    MOTOR,
+    STRENGTH,
+    AnyControl,
+    HipTorque,
+    LateToeOff,
+    StoppedControl,
+    ToeOff,
+    ToeOffAtStrike,
+    scheme_of,
+)
+from powered_walker_env.stride import run_batch
 from tests.derivation import Array
-from tests.published import PASSIVE_GAITS
-from tests.samples import MOTORS
+from tests.published import PASSIVE_GAITS, TOE_OFF_GAITS
+from tests.samples import POWERED
+from tests.test_push_off import simplest
+from tests.test_stop import WALKS, Walk
 
-WALKER = slice(6, 6 + PACKED)  # columns of a point: state 4, control 2, packed walker
-DIRECTIONS = 6 + PACKED - 1  # all of them but the walker's physics, which is no number
-FLAT = np.zeros(1)
-
-
-def run(cycle: Cycle, points: Array, rtol: float, changes: Array | None = None) -> tuple[Any, Any]:
-    """Results and derivatives (N, n, OUTPUTS); each row of points is its own walker."""
-    count, n = len(points), 0 if changes is None else len(changes)
-    results, derivatives = np.empty((count, record.RESULTS)), np.empty((count * n, OUTPUTS))
-    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6), WALKER))
-    kernel.run_strides(
-        encode(cycle), *parts, FLAT, rtol, results, 0.0, NO_LOG, changes, derivatives
-    )
-    return results, derivatives.reshape(count, n, OUTPUTS)
-
-
-TORQUE_LIMIT = 6 + PACKED - 2  # the last of a walker's numbers
+DIRECTIONS = 6 + PACKED - 1  # state 4, control 2, and the numbers of a packed walker
+EVERY = np.eye(DIRECTIONS, 6 + PACKED)
+NAMES = [*(f"state {i}" for i in range(4)), "angle", "strength"] + [
+    field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics"
+]
+LIMIT = NAMES.index("torque_limit")
+AT_THE_HIP = [
+    NAMES.index(name) for name in ("leg_length", "leg_inertia", "com_along", "com_across")
+]
 
 
 def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
     """(OUTPUTS, DIRECTIONS) by the variational equations."""
-    results, derivatives = run(cycle, point[np.newaxis], rtol, np.eye(DIRECTIONS, 6 + PACKED))
-    assert results[0, record.OUTCOME] == Outcome.WALKED
-    return np.asarray(derivatives[0].T)
+    parts = (point[np.newaxis, cut] for cut in (slice(4), slice(4, 6), slice(6, None)))
+    strides, derivatives = run_derivatives(cycle, *parts, rtol, EVERY)
+    assert strides.outcome[0] == Outcome.WALKED
+    return derivatives[0]
 
 
 def outputs(cycle: Cycle, points: Array) -> Array:
     """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
-    results, _ = run(cycle, points, 1e-13)
+    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6)))
+    walkers = np.ascontiguousarray(points[:, 6:])
+    results = run_batch(cycle, *parts, walkers, np.zeros(1), 1e-13).results
     wanted = (record.DURATION, record.STEP_LENGTH)
     return np.column_stack([results[:, record.STATE], *(results[:, k] for k in wanted)])
 
@@ -61,46 +69,52 @@ def difference(cycle: Cycle, point: Array, column: int, h: float) -> Array:
     return np.array([-1, 9, -45, 45, -9, 1]) @ outputs(cycle, points) / (60 * h)
 
 
-def agree(cycle: Cycle, params: WalkerParams, state: Array, control: Control | None) -> None:
+def agree(
+    params: WalkerParams, state: Array, control: AnyControl | None, within: float = 1e-8
+) -> Array:
     """Every column to 1e-8 of its largest entry (of all entries, for state and control)."""
-    point = np.concatenate([state, np.array(scheme_of(control).row(control)), pack(params)])
-    exact = derivative(cycle, point)
-    for column in range(DIRECTIONS):
-        if cycle == PASSIVE_WALKER and column in (4, 5):
-            assert not exact[:, column].any()  # a passive walker has no control
-            continue
-        if column == TORQUE_LIMIT and point[column] == 0.0:
-            assert not exact[:, column].any()  # a motor without a limit
-            continue
+    scheme = scheme_of(control)
+    point = np.concatenate([state, scheme.row(control), pack(params)])
+    exact = derivative(scheme.cycle, point)
+    # Controls that the scheme has not, and no limit at all, change nothing. A mass that leaves
+    # the hip is another walker: the limit of massless feet has no derivative by its place.
+    nothing = [4 + column for column in (ANGLE, STRENGTH) if column not in scheme.columns]
+    nothing += [LIMIT] if params.torque_limit == 0 else []
+    assert not exact[:, nothing].any()
+    skipped = nothing + (AT_THE_HIP if params.massless_foot else [])
+    for column in (k for k in range(DIRECTIONS) if k not in skipped):
         size = abs(point[column]) or 1.0
-        tries = [difference(cycle, point, column, size * 10**-e) for e in np.arange(2, 7, 0.5)]
+        tries = [
+            difference(scheme.cycle, point, column, size * 10**-e) for e in np.arange(2, 7, 0.5)
+        ]
         largest = max(np.abs(exact[:, column]).max(), 1e-3)
         gap = np.nanmin([np.abs(exact[:, column] - one).max() for one in tries])
-        assert gap < 1e-8 * largest, (column, gap / largest)
+        assert gap < within * largest, (NAMES[column], gap / largest)
+    return exact
 
 
-@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("name", POWERED)
 def test_derivatives_of_a_powered_stride_are_exact_in_every_direction(name: str) -> None:
     params, control, state, _ = PRESETS[name]
-    agree(POWERED_WALKER, params, np.array(state), control)
+    agree(params, np.array(state), control)
 
 
 @pytest.mark.parametrize("gait", PASSIVE_GAITS, ids=str)
 def test_derivatives_of_a_passive_stride_are_exact_in_every_direction(gait) -> None:  # type: ignore[no-untyped-def]
-    agree(PASSIVE_WALKER, gait.params, np.array(gait.state), None)
+    agree(gait.params, np.array(gait.state), None)
 
 
 def test_derivatives_away_from_the_gait_and_with_nothing_zero_are_exact() -> None:
     params, control, state, _ = PRESETS["round-foot"]
-    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0, hip_stiffness=0.2)
+    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0)
     away = np.add(state, [0.005, -0.005, 0.02, 0.02])
-    agree(POWERED_WALKER, general, away, control)
+    agree(general, away, control)
 
 
 def test_where_the_motor_starts_with_the_stride_the_switch_angle_does_not_matter() -> None:
     params, _, state, _ = PRESETS["camp1997"]
     early = Control(3.45, 600.0)  # the hip is past it already, and closing
-    agree(POWERED_WALKER, params, np.array(state), early)
+    agree(params, np.array(state), early)
     mapped = StrideMap(params, early).differentiate(state)
     np.testing.assert_array_equal(mapped.by_control[:, 0], 0.0)
     assert np.abs(mapped.by_control[:, 1]).max() > 0
@@ -121,8 +135,8 @@ def test_a_map_over_two_strides_has_the_product_of_derivatives() -> None:
 
 def test_the_stride_with_derivatives_is_the_stride_without_bit_for_bit() -> None:
     params, control, state, _ = PRESETS["camp1997"]
-    point = np.concatenate([state, np.array(scheme_of(control).row(control)), pack(params)])
-    plain = outputs(POWERED_WALKER, point[np.newaxis])[0, :4]
+    point = np.concatenate([state, MOTOR.row(control), pack(params)])
+    plain = outputs(MOTOR.cycle, point[np.newaxis])[0, :4]
     np.testing.assert_array_equal(StrideMap(params, control).differentiate(point[:4]).state, plain)
 
 
@@ -136,21 +150,90 @@ def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
 @pytest.mark.slow  # a timing: quiet machines only
 def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones() -> None:
     params, control, state, _ = PRESETS["camp1997"]
-    point = np.concatenate([state, np.array(scheme_of(control).row(control)), pack(params)])
-    count, rtol = 200, 1e-9
-    points = np.tile(point, (count, 1))
+    count, rtol, changes = 200, 1e-9, directions()
+    starts = np.tile(np.array(state), (count, 1))
+    controls = np.tile(MOTOR.row(control), (count, 1))
+    arguments = (MOTOR.cycle, starts, controls, pack(params)[np.newaxis])
 
-    def seconds(work: Callable[[], object]) -> float:
+    def seconds(run: Callable[[], object]) -> float:
         begin = time.process_time()
-        work()
+        run()
         return time.process_time() - begin
 
     def plain() -> None:
-        run(POWERED_WALKER, points, rtol)
+        run_batch(*arguments, np.zeros(1), rtol)
 
     def differentiated() -> None:
-        run(POWERED_WALKER, points, rtol, np.eye(6, 6 + PACKED))
+        run_derivatives(*arguments, rtol, changes)
 
     plain(), differentiated()
     pairs = [(seconds(differentiated), seconds(plain)) for _ in range(15)]
     assert min(pair[0] for pair in pairs) < 8 * min(pair[1] for pair in pairs)
+
+
+# Schemes: toe-off, hip torque, a motor with a stop, a hip spring, a limit of the torque.
+
+TOE_OFF = TOE_OFF_GAITS[0]
+
+
+@pytest.mark.parametrize("timing", [ToeOff, ToeOffAtStrike, LateToeOff])
+def test_derivatives_of_a_toe_off_are_exact_in_every_direction(timing: type[ToeOff]) -> None:
+    general = TOE_OFF.params.replace(slope=1e-3, com_across=1e-3, hip_stiffness=0.05)
+    exact = agree(general, np.array(TOE_OFF.state), timing(0.1))
+    assert np.abs(exact[2:4, 4 + STRENGTH]).min() > 1e-2  # the impulse changes both rates
+    assert not exact[[0, 1, 4, 5], 4 + STRENGTH].any()  # and comes too late for all else
+
+
+def test_derivatives_of_a_toe_off_from_round_feet_are_exact() -> None:
+    round_feet = TOE_OFF.params.replace(foot_radius=0.2, foot_length=0.05, locked_ankle_angle=2.5)
+    agree(round_feet, np.array(TOE_OFF.state), ToeOff(0.1))
+
+
+def test_derivatives_of_kuos_walker_with_massless_feet_are_exact() -> None:
+    state = np.array([-0.355460, 0.355460, 0.505619, 0.383139])
+    agree(simplest(hip_stiffness=2.5127), state, ToeOff(0.1877))
+
+
+@pytest.mark.parametrize("switch", [3.4, 2.9])
+def test_derivatives_of_a_hip_torque_are_exact_in_every_direction(switch: float) -> None:
+    general = TOE_OFF.params.replace(slope=0.01, com_across=1e-3, hip_stiffness=0.05)
+    exact = agree(general, np.array(TOE_OFF.state), HipTorque(switch, 0.02))
+    assert np.abs(exact[:, 4 + STRENGTH]).max() > 1e-2
+
+
+def test_a_stop_that_lets_go_at_once_has_the_derivatives_of_a_motor_without() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    assert isinstance(control, Control)
+    stopped = StoppedControl(control.switch_angle, control.stall_torque)
+    expected = StrideMap(params, control).differentiate(state).by
+    by = StrideMap(params, stopped).differentiate(state).by
+    np.testing.assert_allclose(by, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "walk",
+    WALKS,
+    ids=["lets-go", "comes-back", "too-weak"],
+)
+def test_derivatives_with_a_stop_are_exact_through_release_and_impact(walk: Walk) -> None:
+    name, switch, stall = walk
+    params, _, state, _ = PRESETS[name]
+    agree(params.replace(hip_stiffness=1.0), np.array(state), StoppedControl(switch, stall))
+
+
+def test_derivatives_of_a_motor_always_at_its_limit_are_exact() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(torque_limit=1200.0, hip_stiffness=2.0)
+    exact = agree(general, np.array(state), control)
+    assert np.abs(exact[:, LIMIT]).max() > 1e-5
+    assert not exact[:, 4 + STRENGTH].any()  # its line is never met
+
+
+def test_derivatives_of_a_motor_that_comes_off_its_limit_are_good_to_the_step_with_the_kink() -> (
+    None
+):
+    """∂f/∂y jumps inside one step; the step control makes it about √(1e-14) long."""
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(torque_limit=2600.0, hip_stiffness=2.0)
+    exact = agree(general, np.array(state), control, within=1e-5)
+    assert (np.abs(exact[:, [LIMIT, 4 + STRENGTH]]).max(axis=0) > 1e-5).all()

@@ -13,7 +13,7 @@ from powered_walker_env.params import WalkerParams
 from powered_walker_env.physics import swing
 from tests import derivation
 from tests.derivation import TO_ABSOLUTE, TO_RELATIVE, Array
-from tests.samples import constants, random_motion, random_walkers, relative
+from tests.samples import constants, random_motion, random_walkers, relative, sprung
 
 THESIS = WalkerParams(slope=0.01)
 REVERSED = np.array([1.0, 1, 1, -1, -1, -1])
@@ -27,6 +27,13 @@ def draws(seed: int, number: int = 100) -> Iterator[tuple[WalkerParams, Array, f
         yield params, random_motion(rng), torque
 
 
+def hip_draws(seed: int) -> Iterator[tuple[WalkerParams, Array, float, float]]:
+    """The same with springs between the legs, and a torque at the hip as large as the ankle's."""
+    rng = np.random.default_rng(1000 + seed)
+    for params, y, torque in draws(seed):
+        yield sprung(params, rng), y, torque, rng.uniform(-1, 1) * abs(torque)
+
+
 def mass_matrix(y: Array, params: WalkerParams) -> Array:
     c = constants(params)
     m11, m12, m13, m22, m23, m33 = swing.mass_matrix(*swing.vectors(*y[:3], c), c)
@@ -38,13 +45,17 @@ def bias(y: Array, params: WalkerParams) -> Array:
     return np.array(swing.bias(*swing.vectors(*y[:3], c), *y[3:], c))
 
 
-def free(y: Array, torque: float, params: WalkerParams) -> Array:
-    return np.array(swing.free_accelerations(*y, torque, constants(params)))
+def free(y: Array, torque: float, params: WalkerParams, hip: float = 0.0) -> Array:
+    """(φ'', α'', β'') with the ankle free."""
+    return np.array(swing.accelerations(False, y, torque, hip, constants(params)))
 
 
-def locked(y: Array, params: WalkerParams) -> Array:
+def locked(y: Array, params: WalkerParams, hip: float = 0.0) -> Array:
     """(α'', β'') for φ' = α'; y[3] is not used."""
-    return np.array(swing.locked_accelerations(*y[:3], *y[4:], constants(params)))
+    moving = np.array([*y[:3], y[4], y[4], y[5]])
+    ddphi, *others = swing.accelerations(True, moving, 0.0, hip, constants(params))
+    assert ddphi == others[0]
+    return np.array(others)
 
 
 def assert_close(ours: Any, theirs: Any, tolerance: float) -> None:
@@ -66,6 +77,21 @@ def test_free_accelerations_are_those_of_kanes_method() -> None:
         rounding = 1e-15 * np.linalg.cond(matrix)  # of a linear solution; below 1e-11 but for
         expected = TO_ABSOLUTE @ np.linalg.solve(matrix, forcing)  # the thesis's short foot
         assert_close(free(y, torque, params), expected, rounding)
+
+
+def test_free_accelerations_with_a_hip_spring_and_a_hip_torque_are_those_of_kanes_method() -> None:
+    for params, y, torque, hip in hip_draws(2):
+        matrix, forcing = derivation.powered_system(*relative(y), torque, params, hip)
+        rounding = 1e-15 * np.linalg.cond(matrix)
+        expected = TO_ABSOLUTE @ np.linalg.solve(matrix, forcing)
+        assert_close(free(y, torque, params, hip), expected, rounding)
+
+
+def test_locked_accelerations_with_a_hip_spring_and_a_hip_torque_are_those_of_kanes() -> None:
+    for params, y, _, hip in hip_draws(3):
+        q, u = relative(np.concatenate([y[:3], y[4:5], y[4:]]))
+        du1, du3 = np.linalg.solve(*derivation.locked_system(q, u, params, hip))
+        assert_close(locked(y, params, hip), (du1, du1 + du3), 5e-14)
 
 
 def test_locked_accelerations_are_those_of_kanes_method() -> None:
@@ -107,6 +133,28 @@ def test_energy_grows_at_the_rate_of_the_torques_power_along_the_free_flow() -> 
         assert terms.sum() == pytest.approx(power, abs=1e-14 * np.abs(terms).sum())
 
 
+def test_energy_with_a_hip_spring_grows_at_the_rate_of_both_torques_power() -> None:
+    for params, y, torque, hip in hip_draws(7):
+        q, u = relative(y)
+        expected = derivation.energies(q, u, params)
+        scale = params.leg_mass * params.gravity * params.leg_length
+        total = swing.energy(*y, constants(params))
+        both = expected.kinetic + expected.potential
+        assert total == pytest.approx(both, rel=2e-14, abs=2e-14 * scale)
+        acceleration = TO_RELATIVE @ free(y, torque, params, hip)
+        terms = expected.gradient * np.concatenate([u, acceleration])
+        power = torque * (y[3] - y[4]) + hip * (y[5] - y[4])
+        assert terms.sum() == pytest.approx(power, abs=1e-14 * np.abs(terms).sum())
+
+
+def test_hip_spring_is_slack_with_the_legs_together_and_pulls_them_together_otherwise() -> None:
+    params = THESIS.replace(hip_stiffness=50.0)
+    for alpha, apart in ((0.3, 0.0), (0.3, 0.4), (-0.2, -0.5)):
+        y = (alpha - 2.0, alpha, alpha + math.pi + apart, 0.0, 0.0, 0.0)
+        torque = swing.spring_torque(y, constants(params))
+        assert torque == pytest.approx(-50.0 * apart, abs=1e-13)
+
+
 def test_energy_is_kept_along_the_locked_flow() -> None:
     for params, y, _ in draws(8):
         y[3] = y[4]
@@ -125,9 +173,10 @@ def test_mirrored_walker_moves_as_its_mirror_image() -> None:
 
 
 def test_motion_run_backwards_has_the_same_accelerations() -> None:
-    for params, y, torque in draws(11):
-        assert_close(free(REVERSED * y, torque, params), free(y, torque, params), 1e-15)
-        assert_close(locked(REVERSED * y, params), locked(y, params), 1e-15)
+    for params, y, torque, hip in hip_draws(11):
+        back = REVERSED * y
+        assert_close(free(back, torque, params, hip), free(y, torque, params, hip), 1e-15)
+        assert_close(locked(back, params, hip), locked(y, params, hip), 1e-15)
 
 
 def test_heavier_walker_moves_alike_and_a_larger_one_slower_by_the_root_of_its_size() -> None:

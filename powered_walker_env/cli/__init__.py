@@ -1,4 +1,4 @@
-"""The command line: `powered-walker gait`, `branch`, `basin`, `validate`, `bench` and more.
+"""The command line: `powered-walker gait`, `branch`, `basin`, `energetics`, `validate` and more.
 
 Each command is a function from parsed arguments to a report that can be printed as text
 or, with --json, as one JSON object; with --out what was found is saved and drawn.
@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 
-from powered_walker_env.cli import bench, regions, studies, validate, walking
+from powered_walker_env.cli import bench, energetics, regions, studies, validate, walking
 from powered_walker_env.cli.output import Report, finite
 from powered_walker_env.poincare import GaitNotFoundError
 
@@ -52,6 +52,6 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, validate, bench):
+    for family in (walking, studies, regions, energetics, validate, bench):
         family.add_commands(commands)
     return parser

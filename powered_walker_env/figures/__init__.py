@@ -1,10 +1,11 @@
-"""Figures for papers: gaits, branches, boundaries, ramps and basins (needs matplotlib).
+"""Figures for papers: gaits, branches, boundaries, ramps, basins and costs (needs matplotlib).
 
 Every function returns a `Drawing`: the figure and the numbers it shows. `save_drawing`
 writes both: PNG, SVG and CSV. Nothing touches pyplot.
 """
 
 from powered_walker_env.figures.branches import branch_figure, stability_figure
+from powered_walker_env.figures.energetics import energetics_figure
 from powered_walker_env.figures.gaits import gait_figure
 from powered_walker_env.figures.planes import basin_figure, bifurcation_figure, boundary_figure
 from powered_walker_env.figures.sheet import Drawing, save_drawing
@@ -15,6 +16,7 @@ __all__ = [
     "bifurcation_figure",
     "boundary_figure",
     "branch_figure",
+    "energetics_figure",
     "gait_figure",
     "save_drawing",
     "stability_figure",

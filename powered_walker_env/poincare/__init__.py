@@ -8,6 +8,7 @@
 - how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
 - from where are they reached? `basins` (with `slices`, `trapping`), and from where could
   any controller reach them? `viability` (with `regulator`);
+- what does walking cost, and what must it? `energetics`, `transition`;
 - is the contact what the model takes it for? `contact` (with `ground_force`);
 - long studies in pieces: `pieces`, `checkpoint`.
 """
@@ -20,6 +21,13 @@ from powered_walker_env.poincare.branch import Branch
 from powered_walker_env.poincare.cascades import Cascade, doubling_cascade
 from powered_walker_env.poincare.contact import ContactReport, contact_of, contact_report
 from powered_walker_env.poincare.continuation import continue_gait, switch_branch
+from powered_walker_env.poincare.energetics import (
+    Costs,
+    at_equal_gait,
+    comparison,
+    costs,
+    family_costs,
+)
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.lyapunov import LyapunovExponent, lyapunov_exponent
 from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
@@ -30,6 +38,7 @@ from powered_walker_env.poincare.robustness import GaitSensitivity, gait_sensiti
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
 from powered_walker_env.poincare.slices import Slice
 from powered_walker_env.poincare.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare.transition import ideal_push, least_cost
 from powered_walker_env.poincare.transitions import TransitionTimes, transition_times
 from powered_walker_env.poincare.viability import Viability, viable_states
 
@@ -42,6 +51,7 @@ __all__ = [
     "Branch",
     "Cascade",
     "ContactReport",
+    "Costs",
     "CurveEnd",
     "EndReason",
     "Gait",
@@ -58,18 +68,24 @@ __all__ = [
     "StrideMap",
     "TransitionTimes",
     "Viability",
+    "at_equal_gait",
     "basin",
     "basin_volume",
     "bifurcation_diagram",
+    "comparison",
     "contact_of",
     "contact_report",
     "continue_boundary",
     "continue_gait",
+    "costs",
     "doubling_cascade",
+    "family_costs",
     "find_gait",
     "find_gait_with",
     "find_gaits",
     "gait_sensitivity",
+    "ideal_push",
+    "least_cost",
     "lyapunov_exponent",
     "regulate",
     "run_pieces",

@@ -4,10 +4,10 @@
     print(table_text(rows))
 
 One small module per family computes its values (`wheel`, `passive`, `simplest`, `compass`,
-`mcgeer`, `thesis`; `cascades` for those that take long); `published.json` and
+`mcgeer`, `toe_off`, `thesis`; `cascades` for those that take long); `published.json` and
 `limit_cycles.json` hold the values themselves, with their sources; `checks` compares. A value
-that does not come out stays in the table, with the reason. To add a family (walkers with a
-toe-off, say): a module with `rows(long)`, and a line in `FAMILIES`.
+that does not come out stays in the table, with the reason. To add a family: a module with
+`rows(long)`, and a line in `FAMILIES`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,22 @@ import math
 import time
 from collections.abc import Callable, Sequence
 
-from powered_walker_env.validation import compass, mcgeer, passive, simplest, thesis, wheel
+from powered_walker_env.validation import (
+    compass,
+    mcgeer,
+    passive,
+    simplest,
+    thesis,
+    toe_off,
+    wheel,
+)
 from powered_walker_env.validation.checks import Row
 from powered_walker_env.validation.tables import table_csv, table_data, table_text
 
 #: The lines of each family; the argument asks for those that take long, too.
 FAMILIES: dict[str, Callable[[bool], list[Row]]] = {
-    module.FAMILY: module.rows for module in (wheel, passive, simplest, compass, mcgeer, thesis)
+    module.FAMILY: module.rows
+    for module in (wheel, passive, simplest, compass, mcgeer, toe_off, thesis)
 }
 
 #: Called as the work goes on: families done, families in all, seconds left.
