@@ -79,6 +79,11 @@ def internal(function: Callable[..., Any]) -> Any:
     return _compile(function, forceinline=True, no_cpython_wrapper=True)
 
 
+def rare(function: Callable[..., Any]) -> Any:
+    """Compile an `internal` function that is seldom called: not copied into its callers."""
+    return _compile(function, no_cpython_wrapper=True)
+
+
 def threaded_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that runs without the interpreter's lock; say so when it is compiled."""
     compiled = _compile(function, nogil=True)

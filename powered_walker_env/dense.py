@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from scipy.integrate import DOP853
 
-from powered_walker_env.compilation import internal
+from powered_walker_env.compilation import internal, rare
 from powered_walker_env.integrator import (
     DIMENSION,
     EXTRA_STAGES,
@@ -31,7 +31,7 @@ FITTED = len(DOP853.D)  # terms beyond the cubic through both ends
 POLYNOMIALS = FITTED + 3
 
 
-@internal
+@rare
 def interpolate(w):
     """Prepare the interpolant of the steps just made: w.terms."""
     h, locked = load(w.length, 0), load(w.locked, 0) > 0.0

@@ -9,7 +9,7 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-from powered_walker_env.compilation import internal
+from powered_walker_env.compilation import internal, rare
 from powered_walker_env.dense import interpolate, look_inside
 from powered_walker_env.integrator import acting
 from powered_walker_env.lanes import LANES, bits, load, store, where
@@ -35,7 +35,7 @@ TRIES = 8  # steps towards one event
 NOWHERE = 2.0  # a fraction of the step past its end
 
 
-@internal
+@rare
 def _release(locked, y, drive, c):
     """Whether the stop still holds the ankle: the torque it has to give, and its rate."""
     slope = flow(locked, y, drive, c)
@@ -169,7 +169,7 @@ def _guard_inside(s, w, lane, guard, fraction):
     return bits(value > 0.0) >> lane & 1, bits(rate > 0.0) >> lane & 1, lands
 
 
-@internal
+@rare
 def hidden_fall(s, w, lane, guard):
     """Fraction at which a guard falls whose ends only hint at it; NOWHERE if it does not.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from powered_walker_env.compilation import internal
+from powered_walker_env.compilation import internal, rare
 from powered_walker_env.dense import interpolate, look_inside
 from powered_walker_env.integrator import (
     DIMENSION,
@@ -160,7 +160,7 @@ def _apart(y):
     return y[1] - y[2] + math.pi
 
 
-@internal
+@rare
 def _lowest_inside(w, x, earliest, c):
     """The lowest clearance near fraction x of the step: Newton on the interpolant."""
     interpolate(w)
@@ -216,7 +216,7 @@ def write_log(batch, t, y, phase):
         batch.logged[0, 0] = row + 1
 
 
-@internal
+@rare
 def log_step(batch, s, w):
     """Log the multiples of the interval inside the step that lane 0 has just made."""
     t, h, interval = s.t[0, 0], w.length[0, 0], batch.interval

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from powered_walker_env.compilation import internal
+from powered_walker_env.compilation import internal, rare
 from powered_walker_env.integrator import DIMENSION, load_state, store_state
 from powered_walker_env.lanes import bits, load, store, where
 from powered_walker_env.lockstep import blend
@@ -43,7 +43,7 @@ def impact(s, w):
     store(s.travelled, 0, travel(s, y, c))
 
 
-@internal
+@rare
 def _push_work(y, reset, impulse, struck, c):
     """Work of the push-off by when it comes, J; 0 for other resets."""
     before = work_before(y[0], y[1], y[2], impulse, c)
