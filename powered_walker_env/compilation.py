@@ -85,8 +85,13 @@ def rare(function: Callable[..., Any]) -> Any:
 
 
 def threaded_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that runs without the interpreter's lock; say so when it is compiled."""
-    compiled = _compile(function, nogil=True)
+    """Compile a function that runs without the interpreter's lock."""
+    return _compile(function, nogil=True)
+
+
+def slow_kernel(function: Callable[..., Any]) -> Any:
+    """A `threaded_kernel` that takes long to compile: it says so."""
+    compiled = threaded_kernel(function)
     _announcer.watch(compiled)
     return compiled
 

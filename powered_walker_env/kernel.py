@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from powered_walker_env.compilation import internal, threaded_kernel
+from powered_walker_env.compilation import internal, slow_kernel
 from powered_walker_env.events import (
     LANDING,
     NOWHERE,
@@ -221,7 +221,7 @@ def _run(s, w, sums, batch, d):
             begun, queue = end_phases(s, w, sums, ended, queue, batch, d)
 
 
-@threaded_kernel
+@slow_kernel
 def run_strides(
     cycle, states, controls, rows, heights, rtol, results, interval, log, changes, derivatives
 ):

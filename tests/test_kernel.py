@@ -17,7 +17,7 @@ from powered_walker_env.schemes import PASSIVE_WALKER, POWERED_WALKER, scheme_of
 from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import NO_LOG
 from tests.derivation import Array
-from tests.samples import PASSIVE, POWERED
+from tests.samples import PASSIVE, MOTORS
 
 ORDER = 120  # strides of a mixed batch
 SPREAD = np.array([0.02, 0.02, 0.06, 0.1])  # rad, rad, rad/s, rad/s: far beyond any basin
@@ -72,7 +72,7 @@ def mixed(names: list[str], seed: int) -> Rows:
 
 
 MIXED = {
-    "powered": (mixed(POWERED, 1), {Outcome.WALKED, Outcome.NOT_FINITE, Outcome.FELL_BACKWARD}),
+    "powered": (mixed(MOTORS, 1), {Outcome.WALKED, Outcome.NOT_FINITE, Outcome.FELL_BACKWARD}),
     "passive": (mixed(PASSIVE, 2), {Outcome.WALKED, Outcome.NOT_FINITE, Outcome.FELL_BACKWARD}),
 }
 
@@ -127,11 +127,11 @@ def test_threads_change_no_bit(count: int, monkeypatch: pytest.MonkeyPatch) -> N
 
 def preset_of(row: int) -> WalkerParams:
     """The walker in a row of the powered batch."""
-    return PRESETS[POWERED[row % len(POWERED)]].params
+    return PRESETS[MOTORS[row % len(MOTORS)]].params
 
 
 def test_one_walker_for_all_rows_is_the_same_as_one_in_each() -> None:
-    rows = MIXED["powered"][0].at(slice(0, ORDER, len(POWERED)))
+    rows = MIXED["powered"][0].at(slice(0, ORDER, len(MOTORS)))
     shared = rows.at(slice(None))
     shared.walkers, shared.heights = rows.walkers[:1], FLAT
     rows.heights = np.zeros(len(rows.states))
@@ -228,7 +228,7 @@ ENDLESS = {
 def test_a_stride_without_end_is_given_up_and_holds_no_other(outcome: Outcome) -> None:
     slow = ENDLESS[outcome]
     assert slow.walked()[0][0, record.OUTCOME] == outcome
-    names = POWERED if slow.cycle == POWERED_WALKER else PASSIVE
+    names = MOTORS if slow.cycle == POWERED_WALKER else PASSIVE
     healthy = mixed(names, 6)
     places = np.array([0, 50, ORDER])
     both = joined(healthy, slow.at([0, 0, 0]), places)
@@ -260,7 +260,7 @@ def test_a_cycle_of_phases_that_take_no_time_is_given_up() -> None:
     assert (results[:, record.DURATION] == 0.0).all()
 
 
-@pytest.mark.parametrize("name", POWERED)
+@pytest.mark.parametrize("name", MOTORS)
 def test_the_error_is_within_ten_tolerances_and_no_event_is_jumped_over(name: str) -> None:
     """At a coarse tolerance a step could reach beyond a heel strike and its recovery."""
     rows, rng = repeated(name, 3000), np.random.default_rng(20)

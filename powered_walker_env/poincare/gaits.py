@@ -106,7 +106,8 @@ def find_gait(
             return describe(stride_map, state, section, period)
         reasons.append(reason)
     raise GaitNotFoundError(
-        f"no gait of period {period} found for {control} from {len(starts)} start(s): "
+        f"no gait of period {period} found for {control or 'a passive walker'} "
+        f"from {len(starts)} start(s): "
         f"{reasons[0] if reasons else 'no start survives a stride'}; "
         "give a guess near one, or change the control"
     )
