@@ -17,7 +17,7 @@ from powered_walker_env.schemes import PASSIVE_WALKER, POWERED_WALKER, scheme_of
 from powered_walker_env.sensitivity import OUTPUTS
 from powered_walker_env.stride import NO_LOG
 from tests.derivation import Array
-from tests.samples import PASSIVE, MOTORS
+from tests.samples import MOTORS, PASSIVE
 
 ORDER = 120  # strides of a mixed batch
 SPREAD = np.array([0.02, 0.02, 0.06, 0.1])  # rad, rad, rad/s, rad/s: far beyond any basin
