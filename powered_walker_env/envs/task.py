@@ -193,12 +193,14 @@ def begin_episodes(
 
 @threaded_kernel
 def begin_strides(
-    actions: Array, nominal: Array, half_range: Array, strength: int, least: float,
-    sizes: Array, levels: Array, words: Words, draws: Array, controls: Array, heights: Array,
+    walkers: NDArray[np.int64], actions: Array, nominal: Array, half_range: Array, strength: int,
+    least: float, sizes: Array, levels: Array, words: Words, states: Array,
+    draws: Array, controls: Array, heights: Array, starts: Array,
 ) -> None:  # fmt: skip
-    """Draw the disturbances of N strides; set their controls and steps of the ground.
+    """Draw the disturbances of n strides; set their controls and steps of the ground.
 
     Args:
+        walkers: (n,) which of the N walkers.
         actions: (N, k), clipped to [−1, 1] here.
         nominal, half_range: (k,) control at action 0, and what action 1 adds.
         strength: which of the k numbers the torque noise multiplies.
@@ -206,43 +208,49 @@ def begin_strides(
         sizes: (8,) standard deviations of the draws.
         levels: (N,) m, height of the ground under each stance foot.
         words: (N,) states of the random numbers; they advance.
-        draws: (N, 8) on return, disturbances; controls: (N, k) on return, the
-            strength with its noise; heights: (N,) on return, m, of the ground
-            ahead over the ground under the stance foot.
+        states: (N, 4) post-strike states.
+        draws: (n, 8) on return, disturbances; controls: (n, k) on return, the
+            strength with its noise; heights: (n,) on return, m, of the ground
+            ahead over the ground under the stance foot; starts: (n, 4) on return, states.
     """
-    draw_normals(words, sizes, draws)
-    for i in range(actions.shape[0]):
+    own = words[walkers]
+    draw_normals(own, sizes, draws)
+    for i in range(walkers.shape[0]):
+        walker = walkers[i]
+        words[walker] = own[i]
         for j in range(actions.shape[1]):
-            action = min(1.0, max(-1.0, actions[i, j]))
+            action = min(1.0, max(-1.0, actions[walker, j]))
             controls[i, j] = nominal[j] + action * half_range[j]
         noisy = controls[i, strength] * (1.0 + draws[i, TORQUE])
         controls[i, strength] = max(least, noisy)
-        heights[i] = draws[i, GROUND] - levels[i]
+        heights[i] = draws[i, GROUND] - levels[walker]
+        starts[i] = states[walker]
 
 
 @threaded_kernel
 def end_strides(
-    kind: int, effort_weight: float, gait: Array, scale: Array, walkers: Array,
-    results: Array, draws: Array, heights: Array,
+    walkers: NDArray[np.int64], kind: int, effort_weight: float, gait: Array, scale: Array,
+    packed: Array, results: Array, draws: Array, heights: Array,
     states: Array, levels: Array, observations: NDArray[np.float32],
-    rewards: Array, terminated: NDArray[np.bool_], info: Array,
+    rewards: Array, terminated: NDArray[np.bool_], outcomes: NDArray[np.int64], info: Array,
 ) -> None:  # fmt: skip
-    """End N strides: push, reward, next state and observation.
+    """End n strides: push, reward, next state and observation.
 
     Args:
+        walkers: (n,) which of the N walkers.
         kind: index in `REWARDS`.
-        walkers: packed, N or one for all.
-        results: of the kernel, by row.
-        draws: (N, 8) disturbances; the push on both leg rates follows the heel strike,
+        packed: walkers, n or one for all.
+        results: (n, ...) of the kernel, by row.
+        draws: (n, 8) disturbances; the push on both leg rates follows the heel strike,
             rad/s; sensor noise is in units of the observation.
-        heights: (N,) m, steps of the ground.
-        states, levels, observations: of the start of the strides; on return, of their
-            ends, unless a walker fell: then they stay.
-        rewards, terminated: (N,) on return.
+        heights: (n,) m, steps of the ground.
+        states, levels, observations: (N, ...) of the start of the strides; on return, of
+            their ends, unless a walker fell: then they stay.
+        rewards, terminated, outcomes: (N,) on return.
         info: (N, columns of `STRIDE_INFO`) on return.
     """
-    for i in range(results.shape[0]):
-        fell = results[i, OUTCOME] != WALKED
+    for i in range(walkers.shape[0]):
+        walker, fell = walkers[i], results[i, OUTCOME] != WALKED
         stability, effort, fall = 0.0, 0.0, 0.0
         if fell:
             fall = CONTRACTION_FALL if kind == CONTRACTION else 0.0
@@ -250,19 +258,21 @@ def end_strides(
             landed = results[i, STATE]
             landed[2] += draws[i, 0]
             landed[3] += draws[i, 1]
-            stability = stability_reward(kind, states[i], landed, gait, scale)
-            walker = walkers[i if walkers.shape[0] > 1 else 0]
-            effort -= effort_weight * cost_of_transport(results[i], walker)
-            states[i] = landed
-            levels[i] = draws[i, GROUND]
-            observe(states[i], gait, scale, draws[i, SENSOR], observations[i])
-        rewards[i] = stability + effort + fall
-        terminated[i] = fell
-        info[i, 0] = results[i, DURATION]
-        info[i, 1] = results[i, STEP_LENGTH]
-        info[i, 2] = heights[i]
-        info[i, 3] = results[i, ENERGY_IN]
-        info[i, 4] = results[i, POSITIVE_WORK]
-        info[i, 5] = results[i, ENERGY_LOST]
-        info[i, 6] = distance_to_gait(states[i], gait, scale)
-        info[i, 7], info[i, 8], info[i, 9] = stability, effort, fall
+            stability = stability_reward(kind, states[walker], landed, gait, scale)
+            effort -= effort_weight * cost_of_transport(
+                results[i], packed[i if packed.shape[0] > 1 else 0]
+            )
+            states[walker] = landed
+            levels[walker] = draws[i, GROUND]
+            observe(states[walker], gait, scale, draws[i, SENSOR], observations[walker])
+        rewards[walker] = stability + effort + fall
+        terminated[walker] = fell
+        outcomes[walker] = int(results[i, OUTCOME])
+        info[walker, 0] = results[i, DURATION]
+        info[walker, 1] = results[i, STEP_LENGTH]
+        info[walker, 2] = heights[i]
+        info[walker, 3] = results[i, ENERGY_IN]
+        info[walker, 4] = results[i, POSITIVE_WORK]
+        info[walker, 5] = results[i, ENERGY_LOST]
+        info[walker, 6] = distance_to_gait(states[walker], gait, scale)
+        info[walker, 7], info[walker, 8], info[walker, 9] = stability, effort, fall

@@ -203,9 +203,11 @@ def _masked(info: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None
         mask: (N,); every walker if left out.
     """
     masked: Info = {}
+    every = None
     for name, values in info.items():
         if mask is None:
-            masked[name], masked[f"_{name}"] = values, np.ones(len(values), np.bool_)
+            every = np.ones(len(values), np.bool_) if every is None else every
+            masked[name], masked[f"_{name}"] = values, every
         else:
             masked[name], masked[f"_{name}"] = np.zeros_like(values), mask.copy()
             masked[name][mask] = values[mask]

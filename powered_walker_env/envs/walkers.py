@@ -28,7 +28,7 @@ from powered_walker_env.phases import Outcome, encode
 from powered_walker_env.physics.constants import pack
 from powered_walker_env.record import RESULTS
 from powered_walker_env.schemes import MOTOR
-from powered_walker_env.stride import Array, outcomes_of, run_rows
+from powered_walker_env.stride import Array, run_rows
 from powered_walker_env.threads import run_in_slices
 
 Rows = slice | NDArray[np.intp]
@@ -65,7 +65,10 @@ class Walkers:
         self._nominal, self._half_range = task.nominal, task.half_range
         self._kind = REWARDS.index(task.reward)
         self._sizes = disturbance.sizes(task.params)
-        self._scheme = task.scheme
+        self._scheme, self._code = task.scheme, encode(task.scheme.cycle)
+        # Room that every step writes anew; new memory would cost more than what fills it.
+        self._draws, self._results = np.empty((count, STEP_DRAWS)), np.empty((count, RESULTS))
+        self._every = np.arange(count)
         self._strength = self._scheme.strength or 0
         self._least = 0.0 if self._scheme.positive else -math.inf
         # Version 0 of the motor's environments knows its control as one array only.
@@ -104,68 +107,56 @@ class Walkers:
         A walker left out draws no random numbers and keeps its state; its entries of the
         result are those of a start.
         """
-        rows: Rows = EVERY if active is None else np.flatnonzero(active)
-        actions = np.ascontiguousarray(actions[rows], np.float64)
-        words, states, levels = self.words[rows], self.states[rows], self.levels[rows]
-        observations = self.observations[rows]
-        walkers = self.rows[rows] if self._differ else self.rows
-        count = len(states)
-        draws, controls = np.empty((count, STEP_DRAWS)), np.empty_like(actions)
-        heights, rewards = np.empty(count), np.empty(count)
-        results, table = np.empty((count, RESULTS)), np.empty((count, len(STRIDE_INFO)))
-        terminated, code = np.empty(count, np.bool_), encode(self._scheme.cycle)
+        chosen = self._every if active is None else np.flatnonzero(active)
+        actions = np.ascontiguousarray(actions, np.float64)
+        rewards, terminated = np.zeros(self.count), np.zeros(self.count, np.bool_)
+        outcomes, table = self._nothing()
 
         def walk(part: slice) -> None:
-            each = walkers[part] if self._differ else walkers
+            rows, draws, results = chosen[part], self._draws[part], self._results[part]
+            count = len(rows)
+            controls, heights = np.empty((count, actions.shape[1])), np.empty(count)
+            starts, packed = np.empty((count, 4)), self.rows[rows] if self._differ else self.rows
             begin_strides(
-                actions[part],
+                rows,
+                actions,
                 self._nominal,
                 self._half_range,
                 self._strength,
                 self._least,
                 self._sizes,
-                levels[part],
-                words[part],
-                draws[part],
-                controls[part],
-                heights[part],
+                self.levels,
+                self.words,
+                self.states,
+                draws,
+                controls,
+                heights,
+                starts,
             )
-            acting = self._scheme.rows(controls[part])  # as the kernel takes them
-            run_rows(code, states[part], acting, each, heights[part], self.rtol, results[part])
+            acting = self._scheme.rows(controls)  # as the kernel takes them
+            run_rows(self._code, starts, acting, packed, heights, self.rtol, results)
             end_strides(
+                rows,
                 self._kind,
                 self.task.effort_weight,
                 self._gait,
                 self._scale,
-                each,
-                results[part],
-                draws[part],
-                heights[part],
-                states[part],
-                levels[part],
-                observations[part],
-                rewards[part],
-                terminated[part],
-                table[part],
+                packed,
+                results,
+                draws,
+                heights,
+                self.states,
+                self.levels,
+                self.observations,
+                rewards,
+                terminated,
+                outcomes,
+                table,
             )
+            self.controls[rows], self.heights[rows] = controls, heights
 
-        run_in_slices(walk, count)
-        outcomes, info = outcomes_of(results), np.ascontiguousarray(table.T)
-        self.controls[rows], self.heights[rows] = controls, heights
-        if active is None:  # the other arrays were views
-            return Step(self.observations.copy(), rewards, terminated, self._info(outcomes, info))
-        self.words[rows], self.states[rows], self.levels[rows] = words, states, levels
-        self.observations[rows] = observations
-        all_rewards, all_terminated = np.zeros(self.count), np.zeros(self.count, np.bool_)
-        all_rewards[rows], all_terminated[rows] = rewards, terminated
-        all_outcomes, all_info = self._nothing()
-        all_outcomes[rows], all_info[:, rows] = outcomes, info
-        return Step(
-            self.observations.copy(),
-            all_rewards,
-            all_terminated,
-            self._info(all_outcomes, all_info),
-        )
+        run_in_slices(walk, len(chosen))
+        return Step(self.observations.copy(), rewards, terminated, self._info(outcomes, table))
 
     def start_info(self) -> dict[str, NDArray[Any]]:
         """What `Step.info` holds, at a start: nothing walked yet, nothing earned."""
@@ -173,12 +164,12 @@ class Walkers:
 
     def _nothing(self) -> tuple[NDArray[np.int64], Array]:
         outcomes = np.full(self.count, int(Outcome.WALKED), np.int64)
-        return outcomes, np.zeros((len(STRIDE_INFO), self.count))
+        return outcomes, np.zeros((self.count, len(STRIDE_INFO)))
 
     def _info(self, outcomes: NDArray[np.int64], table: Array) -> dict[str, NDArray[Any]]:
         info = {"state": self.states.copy(), "control": self.controls.copy(), "outcome": outcomes}
         info |= {name: self.controls[:, i].copy() for i, name in enumerate(self._named)}
-        return info | dict(zip(STRIDE_INFO, table, strict=True))
+        return info | dict(zip(STRIDE_INFO, table.T.copy(), strict=True))
 
     def get_state(self, i: int) -> dict[str, Any]:
         """Everything about walker i that its future depends on: JSON-able numbers."""

@@ -56,6 +56,8 @@ class Scheme(NamedTuple):
 
     def rows(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 2) the kernel's rows of (N, k) numbers."""
+        if self.columns == (ANGLE, STRENGTH):
+            return numbers
         rows = np.empty((len(numbers), 2))
         rows[:] = NO_SWITCH, 0.0
         rows[:, self.columns] = numbers
