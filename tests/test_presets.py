@@ -10,8 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, PoweredWalkerEnv, WalkerParams, find_gait, stride
+from powered_walker_env import (
+    PRESETS,
+    Control,
+    Outcome,
+    PoweredWalkerEnv,
+    WalkerParams,
+    find_gait,
+    stride,
+)
 from powered_walker_env.cli import main
+from powered_walker_env.physics.constants import constants_of
+from powered_walker_env.physics.ground import swing_foot
 from powered_walker_env.presets import preset
 from powered_walker_env.validation.published import PASSIVE_GAITS, PassiveGait
 from tests.samples import PASSIVE, POWERED
@@ -145,3 +155,23 @@ def test_what_a_passive_walker_has_not_is_refused_at_once(
 def test_presets_cannot_be_changed() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         PRESETS["compass"].params.slope = 0.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("share", [-1e-3, 1e-3])
+def test_every_walker_lands_on_ground_of_another_height(name: str, share: float) -> None:
+    params, control, state, _ = PRESETS[name]
+    height = share * params.leg_length
+    walked = stride(state, control, params, step_height=height)
+    assert walked.outcome == Outcome.WALKED
+    angles = np.cumsum(walked.final.q)
+    assert swing_foot(*angles, constants_of(params)).real == pytest.approx(height, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_walker_walks_a_stride_where_the_slope_changes(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    steeper = stride(state, control, params.replace(slope=params.slope + 1e-3))
+    level = stride(state, control, params)
+    assert steeper.outcome == level.outcome == Outcome.WALKED
+    assert steeper.state.stance_rate > level.state.stance_rate  # downhill is faster
