@@ -33,7 +33,8 @@ WATCHED = (Guard.SWITCH_ANGLE, Guard.LANDING)
 def guard_at(guard: int, *arguments: Any) -> tuple[float, float]:
     """Value and rate of a guard as the kernel looks it up, of one walker, in plain Python."""
     locked, y, *rest = arguments
-    value, rate = events.guard_at.py_func(int(guard), locked, y, None, *rest)  # no torque acts
+    plain = getattr(events.guard_at, "py_func", events.guard_at)  # compiled, or not at all
+    value, rate = plain(int(guard), locked, y, None, *rest)  # no torque acts
     return value, rate
 
 
