@@ -203,7 +203,8 @@ def _advance(s, w, sums, batch, d):
 @internal
 def _run(s, w, sums, batch, d):
     """Run all strides of a batch."""
-    queue, begun = 0, 0
+    # A literal 0 is a type of its own to numba, which would compile the callees once more.
+    queue, begun = np.int64(0), np.int64(0)
     for lane in range(LANES):
         queue = next_stride(s, w, sums, lane, queue, batch, d)
         begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
@@ -211,7 +212,7 @@ def _run(s, w, sums, batch, d):
     for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
         while begun:  # each round ends a phase, of which a stride has at most MAX_PHASES
             ended = begin_phases(s, w, sums, begun)
-            begun = 0
+            begun = np.int64(0)
             if ended:
                 begun, queue = end_phases(s, w, sums, ended, queue, batch, d)
         if not bits(load(s.busy, 0) > 0.0):

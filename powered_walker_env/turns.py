@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from powered_walker_env.compilation import internal
 from powered_walker_env.events import over_at_once, watch
 from powered_walker_env.integrator import DIMENSION, acting, load_state, state_of
@@ -41,12 +43,12 @@ def next_stride(s, w, sums, lane, queue, batch, d):
         c = unpack(batch.rows, row_of(index, batch.row_count))
         place(s, w, lane, index, batch, c)
         clear(sums, lane)
-        enter(s, w, lane, 0, batch)
+        enter(s, w, lane, np.int64(0), batch)  # a literal would be another type
         if d is not None:
             begin(d, lane)
         if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
             return index + 1
-        _finish(s, w, sums, lane, NOT_FINITE, batch, d)
+        _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
     rest(s, lane)
     return batch.strides
 
