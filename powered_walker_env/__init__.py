@@ -2,11 +2,13 @@
 
 The map of the package, from the ground up:
 
-- `params`, `presets`, `phases`: the walker, walkers with known gaits, and a stride as a
-  list of phases (read `phases.py` first);
+- `params`, `phases`, `schemes`, `presets`: the walker, a stride as a list of phases (read
+  `phases.py` first), the ways to power it, walkers with known gaits;
 - `rimless_wheel`: the wheel that a walker with a massless swing leg is, in closed form;
-- `physics`: swing, motor, ground and heel strike, equation by equation;
-- `integrator`, `events`, `sensitivity`, `kernel`: one compiled stride and its derivatives;
+- `physics`: swing, torques, ground, heel strike and push-off, equation by equation; and
+  `lanes`, which let the same formulas move eight walkers at once;
+- `integrator` and `dense`, `lockstep`, `events`, `resets`, `turns`, `record`,
+  `sensitivity`, `kernel`: compiled strides and their derivatives;
 - `stride`, `derivatives`, `trajectory`: one stride, many at once, many with their
   derivatives, a walk sampled in time;
 - `poincare`: gaits as fixed points of the stride map, and all that is asked of them;
