@@ -22,7 +22,7 @@ from agents.command import CONFIGS, UserError
 from agents.networks import Network
 from agents.segments import Segment, segment_loss, walk_segment
 from powered_walker_env.envs.task import Task
-from powered_walker_env.schemes import MOTOR
+from powered_walker_env.model.powering import MOTOR
 
 FAR = 7.0  # scaled deviation from which a walker starts anew: nothing there can be saved
 CLIP = 1.0  # of the gradient's norm: the step map multiplies, and so does a walk of it

@@ -17,9 +17,9 @@ from agents.controllers import Controller
 from powered_walker_env import PostStrikeState, Trajectory, walk
 from powered_walker_env.envs.task import Task
 from powered_walker_env.files import written_aside
-from powered_walker_env.physics.constants import params_of
-from powered_walker_env.rendering import Renderer
-from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
+from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.pictures.renderer import Renderer
+from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s
 FPS = 20  # a GIF counts in hundredths of a second

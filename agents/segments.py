@@ -20,8 +20,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from powered_walker_env.derivatives import differentiate_batch
 from powered_walker_env.envs.task import Task
+from powered_walker_env.simulation.derivatives import differentiate_batch
 
 STRIDE_RTOL = 1e-8  # as the environments have it
 # Of the square by which an action exceeds its range: clipping has no gradient to bring it back.

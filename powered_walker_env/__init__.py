@@ -22,13 +22,25 @@ The map of the package, from the ground up:
 - `cli`: the command `powered-walker`.
 """
 
-from powered_walker_env.derivatives import BatchDerivatives, differentiate_batch
 from powered_walker_env.envs.disturbances import Disturbance
 from powered_walker_env.envs.registration import ENVIRONMENTS, register_environments
 from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
 from powered_walker_env.envs.walker import PoweredWalkerEnv
-from powered_walker_env.params import Control, PostStrikeState, WalkerParams
-from powered_walker_env.phases import Outcome
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import (
+    SCHEMES,
+    HipTorque,
+    LateToeOff,
+    Scheme,
+    StoppedControl,
+    ToeOff,
+    ToeOffAtStrike,
+)
+from powered_walker_env.model.powering.motor import Control
+from powered_walker_env.model.presets import PRESETS, Preset
+from powered_walker_env.model.rimless_wheel import RimlessWheel
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import (
     PARAMETERS,
     Basin,
@@ -73,20 +85,10 @@ from powered_walker_env.poincare import (
     transition_times,
     viable_states,
 )
-from powered_walker_env.presets import PRESETS, Preset
 from powered_walker_env.results import load_result, save_result
-from powered_walker_env.rimless_wheel import RimlessWheel
-from powered_walker_env.schemes import (
-    SCHEMES,
-    HipTorque,
-    LateToeOff,
-    Scheme,
-    StoppedControl,
-    ToeOff,
-    ToeOffAtStrike,
-)
-from powered_walker_env.stride import Stride, StrideBatch, stride, stride_batch
-from powered_walker_env.trajectory import Trajectory, walk
+from powered_walker_env.simulation.derivatives import BatchDerivatives, differentiate_batch
+from powered_walker_env.simulation.strides import Stride, StrideBatch, stride, stride_batch
+from powered_walker_env.simulation.trajectory import Trajectory, walk
 
 __version__ = "0.1.0"
 

@@ -35,8 +35,9 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env import poincare, schemes
+from powered_walker_env import poincare
 from powered_walker_env.files import written_aside
+from powered_walker_env.model import powering as schemes
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above

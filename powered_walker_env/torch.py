@@ -15,12 +15,12 @@ import numpy as np
 import torch
 from torch.autograd.function import once_differentiable
 
-from powered_walker_env import record
-from powered_walker_env.derivatives import NUMBERS, directions, run_derivatives
-from powered_walker_env.params import WalkerParams
-from powered_walker_env.phases import Cycle
-from powered_walker_env.schemes import CONTROL_NUMBERS
-from powered_walker_env.stride import Array, check_batch, check_rtol, run_batch
+from powered_walker_env.model.phases import Cycle
+from powered_walker_env.model.powering import CONTROL_NUMBERS
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation import record
+from powered_walker_env.simulation.derivatives import NUMBERS, directions, run_derivatives
+from powered_walker_env.simulation.strides import Array, check_batch, check_rtol, run_batch
 
 _FLAT = np.zeros(1)  # m, step of the ground: the kernel differentiates strides on flat ground
 _PRECISIONS = (torch.float32, torch.float64)

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 
-from powered_walker_env.cli import bench, energetics, regions, studies, validate, walking
+from powered_walker_env.cli import energetics, regions, studies, validate, walking
 from powered_walker_env.cli.output import Report, finite
 from powered_walker_env.poincare import GaitNotFoundError
 
@@ -22,24 +22,32 @@ NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (2 for a bad argument, 1 for no or a bad result)."""
     options = _parser().parse_args(arguments)
-    command: Callable[[argparse.Namespace], Report] = options.command
+    return run_command(options.command, options)
+
+
+def run_command(
+    command: Callable[[argparse.Namespace], Report],
+    options: argparse.Namespace,
+    prog: str = "powered-walker",
+) -> int:
+    """Run a command and print its report, or what was wrong in one line."""
     try:
         report = command(options)
     except GaitNotFoundError as error:
-        return _failed(str(error), NOT_FOUND)
+        return _failed(prog, str(error), NOT_FOUND)
     except (ValueError, TypeError, ImportError, OSError) as error:
-        return _failed(str(error), USER_ERROR)
+        return _failed(prog, str(error), USER_ERROR)
     except KeyboardInterrupt:
         resumable = getattr(options, "resumable", False) and options.out
         hint = "; the same command goes on from here" if resumable else ""
-        return _failed(f"interrupted{hint}", INTERRUPTED)
+        return _failed(prog, f"interrupted{hint}", INTERRUPTED)
     text = json.dumps(finite(report.data), indent=2) if options.json else report.text
     print(text)
     return report.status
 
 
-def _failed(message: str, status: int) -> int:
-    print("powered-walker: " + " ".join(message.split()), file=sys.stderr)
+def _failed(prog: str, message: str, status: int) -> int:
+    print(f"{prog}: " + " ".join(message.split()), file=sys.stderr)
     return status
 
 
@@ -52,6 +60,6 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, energetics, validate, bench):
+    for family in (walking, studies, regions, energetics, validate):
         family.add_commands(commands)
     return parser

@@ -14,16 +14,16 @@ import numpy as np
 from powered_walker_env.cli.options import add_command
 from powered_walker_env.cli.output import Report, figures, finite
 from powered_walker_env.files import write_text
-from powered_walker_env.poincare.energetics import (
+from powered_walker_env.model.powering import SCHEMES, ToeOff
+from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.poincare.energy.energetics import (
     STEP,
     Costs,
     at_equal_gait,
     comparison,
     first_gait,
 )
-from powered_walker_env.presets import PRESETS
 from powered_walker_env.results import versions
-from powered_walker_env.schemes import SCHEMES, ToeOff
 
 SUFFIXES = (".csv", ".json", ".png", ".svg")
 COLUMNS = ("speed", "step", "mechanical", "net", "electrical", "ideal push", "least", "radius")

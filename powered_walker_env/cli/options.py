@@ -7,11 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from powered_walker_env.cli.output import Report
-from powered_walker_env.params import PostStrikeState, WalkerParams
-from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.families import check_parameter
-from powered_walker_env.presets import PRESETS
-from powered_walker_env.schemes import (
+from powered_walker_env.model.powering import (
     CONTROL_NUMBERS,
     SCHEMES,
     AnyControl,
@@ -19,6 +15,11 @@ from powered_walker_env.schemes import (
     scheme,
     scheme_of,
 )
+from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
+from powered_walker_env.poincare.families import check_parameter
 
 UNITS = {
     "switch_angle": "rad, hip angle at which the motor starts, or the hip torque ends",

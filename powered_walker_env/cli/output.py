@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from powered_walker_env.results import save_result
 
 if TYPE_CHECKING:
-    from powered_walker_env.figures import Drawing
+    from powered_walker_env.pictures.charts import Drawing
 
 BAR = 24  # characters
 UNFINISHED = ".unfinished"  # suffix of the folder that keeps the pieces of an unfinished study
@@ -88,7 +88,7 @@ def figures() -> Any:
         ImportError: without matplotlib, with the remedy.
     """
     try:
-        from powered_walker_env import figures as module
+        from powered_walker_env.pictures import charts as module
     except ModuleNotFoundError as error:
         if error.name and error.name.partition(".")[0] == "matplotlib":
             raise ImportError(

@@ -27,16 +27,16 @@ from powered_walker_env.cli.output import (
     put_out,
     unfinished,
 )
-from powered_walker_env.phases import Outcome
+from powered_walker_env.model.phases import Outcome
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError
-from powered_walker_env.poincare.basins import FELL, Basin, basin
-from powered_walker_env.poincare.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.continuation import continue_gait
+from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branches.continuation import continue_gait
+from powered_walker_env.poincare.branches.special_points import SpecialPoint
 from powered_walker_env.poincare.families import check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
-from powered_walker_env.poincare.slices import COORDINATES, Slice
-from powered_walker_env.poincare.special_points import SpecialPoint
-from powered_walker_env.stride import Array
+from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
+from powered_walker_env.poincare.regions.slices import COORDINATES, Slice
+from powered_walker_env.simulation.strides import Array
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
 REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given

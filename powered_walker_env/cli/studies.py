@@ -27,13 +27,13 @@ from powered_walker_env.cli.output import (
     put_out,
     unfinished,
 )
-from powered_walker_env.poincare.branch import Branch
-from powered_walker_env.poincare.continuation import continue_gait, switch_branch
+from powered_walker_env.poincare.branches.branch import Branch
+from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
+from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, Ramp, bifurcation_diagram
+from powered_walker_env.poincare.branches.special_points import SpecialKind
 from powered_walker_env.poincare.families import value_of
 from powered_walker_env.poincare.gaits import GaitNotFoundError
-from powered_walker_env.poincare.ramps import BifurcationDiagram, Ramp, bifurcation_diagram
-from powered_walker_env.poincare.slices import COORDINATES
-from powered_walker_env.poincare.special_points import SpecialKind
+from powered_walker_env.poincare.regions.slices import COORDINATES
 
 RAMP = 0.01  # of a parameter's value: the range ramped through if none is given
 
@@ -202,7 +202,7 @@ def _ramps_data(diagram: BifurcationDiagram) -> dict[str, Any]:
 
 def _reproduce(options: argparse.Namespace) -> Report:
     figures()
-    from powered_walker_env.reproduce import report_text, reproduce
+    from powered_walker_env.literature.figures import report_text, reproduce
 
     with Progress("reproduce") as progress:
         report = reproduce(options.out, overwrite=options.overwrite, progress=progress)

@@ -18,13 +18,13 @@ from powered_walker_env.cli.options import (
     walker_of,
 )
 from powered_walker_env.cli.output import Report, add_out, check_out, figures, put_out
-from powered_walker_env.phases import Outcome
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.poincare import Gait
-from powered_walker_env.poincare.contact import ContactReport, contact_of
+from powered_walker_env.poincare.energy.contact import ContactReport, contact_of
 from powered_walker_env.poincare.maps import control_scheme
-from powered_walker_env.presets import PRESETS
-from powered_walker_env.schemes import scheme_of
-from powered_walker_env.trajectory import Trajectory, walk
+from powered_walker_env.simulation.trajectory import Trajectory, walk
 
 
 def add_commands(commands: Any) -> None:
@@ -58,7 +58,7 @@ def _walk(options: argparse.Namespace) -> Report:
     )
     walked = walk(start, control, params, options.strides)
     if options.animation:
-        from powered_walker_env.animation import save_animation
+        from powered_walker_env.pictures.film import save_animation
 
         save_animation(walked, options.animation)
     text = f"scheme: {control_text(control)}\n{_walk_text(walked)}"

@@ -46,8 +46,8 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env.params import WalkerParams
-from powered_walker_env.stride import Array
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation.strides import Array
 
 # Columns of the normal draws of a stride.
 PUSH, GROUND, TORQUE, SENSOR = slice(0, 2), 2, 3, slice(4, 8)

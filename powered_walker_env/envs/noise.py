@@ -14,8 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compilation import kernel
-from powered_walker_env.stride import Array
+from powered_walker_env.compiled.decorators import kernel
+from powered_walker_env.simulation.strides import Array
 
 Words = NDArray[np.uint64]
 

@@ -9,10 +9,7 @@ import numpy as np
 
 from powered_walker_env.envs.disturbances import Disturbance, disturbance_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.params import WalkerParams, check_state
-from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
-from powered_walker_env.presets import PRESETS, preset
-from powered_walker_env.schemes import (
+from powered_walker_env.model.powering import (
     ANGLE,
     MOTOR,
     PASSIVE,
@@ -23,7 +20,11 @@ from powered_walker_env.schemes import (
     scheme,
     scheme_of,
 )
-from powered_walker_env.stride import Array
+from powered_walker_env.model.presets import PRESETS, preset
+from powered_walker_env.model.state import check_state
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
+from powered_walker_env.simulation.strides import Array
 
 #: Action ranges of the motor: rad of switch angle, and fraction of the stall torque.
 ACTION_RANGES = {

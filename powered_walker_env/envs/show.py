@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from powered_walker_env.animation import Window
-from powered_walker_env.drawing import Frame
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import PostStrikeState
-from powered_walker_env.physics.constants import params_of
-from powered_walker_env.rendering import Renderer
-from powered_walker_env.trajectory import TrajectoryBuilder, log_stride
+from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.pictures.film import Window
+from powered_walker_env.pictures.painter import Frame
+from powered_walker_env.pictures.renderer import Renderer
+from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 
 class StrideShow:

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compilation import kernel, threaded_kernel
+from powered_walker_env.compiled.decorators import kernel, threaded_kernel
 from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturbance
 from powered_walker_env.envs.noise import Words, draw_normals
-from powered_walker_env.params import WalkerParams
-from powered_walker_env.phases import Outcome
-from powered_walker_env.physics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
-from powered_walker_env.record import (
+from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import ANGLE, AnyControl, Scheme, scheme_of
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation.record import (
     DURATION,
     ENERGY_IN,
     ENERGY_LOST,
@@ -27,8 +28,7 @@ from powered_walker_env.record import (
     STATE,
     STEP_LENGTH,
 )
-from powered_walker_env.schemes import ANGLE, AnyControl, Scheme, scheme_of
-from powered_walker_env.stride import Array
+from powered_walker_env.simulation.strides import Array
 
 REWARDS = ("deviation", "contraction", "periodicity")
 OBSERVATION_LIMIT = 20.0  # deviations beyond are clipped: 1 rad, far outside any basin

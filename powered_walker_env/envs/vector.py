@@ -26,8 +26,9 @@ from powered_walker_env.envs.walker import (
     observation_space,
 )
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import PostStrikeState, WalkerParams
-from powered_walker_env.schemes import AnyControl
+from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.walker import WalkerParams
 
 Observations = NDArray[np.float32]
 Info = dict[str, Any]

@@ -13,9 +13,10 @@ from powered_walker_env.envs.disturbances import Disturbance
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import OBSERVATION_LIMIT, Task
 from powered_walker_env.envs.walkers import Walkers
-from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
-from powered_walker_env.schemes import AnyControl, Scheme
-from powered_walker_env.stride import Array
+from powered_walker_env.model.powering import AnyControl, Scheme
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation.strides import Array
 
 if TYPE_CHECKING:
     from powered_walker_env.envs.show import StrideShow

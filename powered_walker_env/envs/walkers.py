@@ -23,13 +23,13 @@ from powered_walker_env.envs.task import (
     begin_strides,
     end_strides,
 )
-from powered_walker_env.params import PostStrikeState
-from powered_walker_env.phases import Outcome, encode
-from powered_walker_env.physics.constants import pack
-from powered_walker_env.record import RESULTS
-from powered_walker_env.schemes import MOTOR
-from powered_walker_env.stride import Array, run_rows
-from powered_walker_env.threads import run_in_slices
+from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.phases import Outcome, encode
+from powered_walker_env.model.powering import MOTOR
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.simulation.record import RESULTS
+from powered_walker_env.simulation.strides import Array, run_rows
+from powered_walker_env.simulation.threads import run_in_slices
 
 Rows = slice | NDArray[np.intp]
 EVERY = slice(None)

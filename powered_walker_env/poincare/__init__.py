@@ -13,34 +13,34 @@
 - long studies in pieces: `pieces`, `checkpoint`.
 """
 
-from powered_walker_env.derivatives import PARAMETERS
-from powered_walker_env.poincare.arclength import CurveEnd, EndReason
-from powered_walker_env.poincare.basins import Basin, BasinVolume, basin, basin_volume
-from powered_walker_env.poincare.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.branch import Branch
-from powered_walker_env.poincare.cascades import Cascade, doubling_cascade
-from powered_walker_env.poincare.contact import ContactReport, contact_of, contact_report
-from powered_walker_env.poincare.continuation import continue_gait, switch_branch
-from powered_walker_env.poincare.energetics import (
+from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
+from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branches.branch import Branch
+from powered_walker_env.poincare.branches.cascades import Cascade, doubling_cascade
+from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
+from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
+from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare.energy.contact import ContactReport, contact_of, contact_report
+from powered_walker_env.poincare.energy.energetics import (
     Costs,
     at_equal_gait,
     comparison,
     costs,
     family_costs,
 )
+from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.lyapunov import LyapunovExponent, lyapunov_exponent
 from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
-from powered_walker_env.poincare.pieces import LostWorkersError, run_pieces
-from powered_walker_env.poincare.ramps import BifurcationDiagram, bifurcation_diagram
+from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin, basin_volume
+from powered_walker_env.poincare.regions.slices import Slice
+from powered_walker_env.poincare.regions.viability import Viability, viable_states
 from powered_walker_env.poincare.regulator import Regulator, regulate
-from powered_walker_env.poincare.robustness import GaitSensitivity, gait_sensitivity
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
-from powered_walker_env.poincare.slices import Slice
-from powered_walker_env.poincare.special_points import SpecialKind, SpecialPoint
-from powered_walker_env.poincare.transition import ideal_push, least_cost
-from powered_walker_env.poincare.transitions import TransitionTimes, transition_times
-from powered_walker_env.poincare.viability import Viability, viable_states
+from powered_walker_env.poincare.stability.lyapunov import LyapunovExponent, lyapunov_exponent
+from powered_walker_env.poincare.stability.robustness import GaitSensitivity, gait_sensitivity
+from powered_walker_env.poincare.stability.transitions import TransitionTimes, transition_times
+from powered_walker_env.poincare.work.pieces import LostWorkersError, run_pieces
+from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
     "PARAMETERS",

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.derivatives import PARAMETERS
-from powered_walker_env.params import WalkerParams
-from powered_walker_env.phases import Outcome
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, scheme_of
+from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.maps import (
     MapPoint,
@@ -27,8 +27,8 @@ from powered_walker_env.poincare.maps import (
     StrideMap,
     natural_units,
 )
-from powered_walker_env.schemes import CONTROL_NUMBERS, AnyControl, scheme_of
-from powered_walker_env.stride import Array
+from powered_walker_env.simulation.derivatives import PARAMETERS
+from powered_walker_env.simulation.strides import Array
 
 STATE_SIZE = 4
 SHORTEST_STRIDE = 1e-3  # leg lengths; less is standing, where the equations are all rounding

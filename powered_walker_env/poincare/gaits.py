@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env import record
-from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
-from powered_walker_env.phases import Outcome
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import MOTOR, PASSIVE, AnyControl, Scheme, scheme_of
+from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
-from powered_walker_env.presets import PRESETS
-from powered_walker_env.schemes import MOTOR, PASSIVE, AnyControl, Scheme, scheme_of
-from powered_walker_env.stride import Array
+from powered_walker_env.simulation import record
+from powered_walker_env.simulation.strides import Array
 
 SECTIONS = ("switch", "post-strike")
 CONVERGED = 1e-11  # residual of a fixed point, in natural units

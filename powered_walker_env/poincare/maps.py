@@ -18,12 +18,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from powered_walker_env import record
-from powered_walker_env.derivatives import directions, run_derivatives
-from powered_walker_env.params import PostStrikeState, WalkerParams
-from powered_walker_env.phases import Cycle, Outcome
-from powered_walker_env.physics.constants import pack
-from powered_walker_env.schemes import (
+from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.phases import Cycle, Outcome
+from powered_walker_env.model.powering import (
     MOTOR,
     AnyControl,
     Scheme,
@@ -31,8 +28,12 @@ from powered_walker_env.schemes import (
     scheme,
     scheme_of,
 )
-from powered_walker_env.stride import Array, StrideBatch, run_batch
-from powered_walker_env.trajectory import log_stride
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation import record
+from powered_walker_env.simulation.derivatives import directions, run_derivatives
+from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
+from powered_walker_env.simulation.trajectory import log_stride
 
 SECTION_RTOL = 1e-13  # of the strides behind a gait
 POLICY_DIFFERENCE = 1e-4  # step of the differences of a policy without derivatives, natural units

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 
+from powered_walker_env.model.powering import MOTOR, scheme_of
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import natural_units
-from powered_walker_env.schemes import MOTOR, scheme_of
-from powered_walker_env.stride import Array
+from powered_walker_env.simulation.strides import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,9 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from powered_walker_env.params import PostStrikeState, WalkerParams, check_state
+from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.families import (
     SHORTEST_STRIDE,
     Equations,
@@ -34,9 +36,8 @@ from powered_walker_env.poincare.gaits import (
     newton,
 )
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
-from powered_walker_env.poincare.pieces import RunOptions, run_pieces
-from powered_walker_env.schemes import AnyControl
-from powered_walker_env.stride import Array
+from powered_walker_env.poincare.work.pieces import RunOptions, run_pieces
+from powered_walker_env.simulation.strides import Array
 
 SEARCH_RTOL = 1e-9  # of the strides of the search; what it finds is refined afterwards
 # Where post-strike states are looked for, in natural units: stance angle, swing angle beyond

@@ -1,0 +1,1 @@
+"""How formulas become machine code: cached kernels, eight walkers in one number."""

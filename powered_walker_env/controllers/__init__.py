@@ -1,0 +1,1 @@
+"""What decides the control of a stride: policies of environments and of the stride map."""

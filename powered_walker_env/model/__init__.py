@@ -1,0 +1,1 @@
+"""What walks: the walker, the phases of its stride, the ways to power it, its mechanics."""

@@ -1,0 +1,62 @@
+"""Camp's walker: a passive swing, then a constant voltage extends the stance foot (1997)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from powered_walker_env.model.phases import (
+    Cycle,
+    Exit,
+    Guard,
+    Joints,
+    Outcome,
+    Phase,
+    Reset,
+    Torque,
+)
+from powered_walker_env.model.powering.scheme import ANGLE, STRENGTH, Scheme
+from powered_walker_env.model.quantities import (
+    HIP_ANGLE,
+    NOT_NEGATIVE,
+    check_numbers,
+    documented,
+    quantity,
+)
+
+POWERED_WALKER: Cycle = (
+    Phase(
+        "swing",
+        Joints.ANKLE_LOCKED,
+        Torque.NONE,
+        (
+            Exit(Guard.SWITCH_ANGLE, Reset.CONTINUE, "powered"),
+            Exit(Guard.LANDING, Reset.CONTINUE, Outcome.NO_SWITCH),
+        ),
+    ),
+    Phase(
+        "powered",
+        Joints.ANKLE_FREE,
+        Torque.MOTOR,
+        (Exit(Guard.LANDING, Reset.HEEL_STRIKE, Outcome.WALKED),),
+    ),
+)
+
+
+@documented
+@dataclass(frozen=True)
+class Control:
+    """The open-loop control of one stride: when the motor starts and how strong it is.
+
+    Raises:
+        ValueError: `switch_angle` outside (0, 2π) or a `stall_torque` that is negative
+            or not finite.
+    """
+
+    switch_angle: float = quantity("q3", "rad", "hip angle at which the motor starts", HIP_ANGLE)
+    stall_torque: float = quantity("T", "N m", "torque of the ankle motor at rest", NOT_NEGATIVE)
+
+    def __post_init__(self) -> None:
+        check_numbers(self)
+
+
+MOTOR = Scheme("motor", POWERED_WALKER, Control, (ANGLE, STRENGTH))

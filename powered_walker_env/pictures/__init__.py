@@ -1,0 +1,1 @@
+"""Pictures: scenes and films of walks, charts of what the laboratory finds."""

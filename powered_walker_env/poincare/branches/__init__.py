@@ -1,0 +1,1 @@
+"""Gaits along parameters: continuation, special points, cascades, boundaries, ramps."""

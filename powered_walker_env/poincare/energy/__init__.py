@@ -1,0 +1,1 @@
+"""What walking costs, and what the contacts must bear."""

@@ -1,0 +1,185 @@
+"""Ground force: what the floor and the stop bear along a stride.
+
+From the accelerations of both centres of mass (the foot is massless), with P the vector
+from the contact point to the stance ankle,
+
+    F = M (a_A + a_B) + 2 M g,   τ = ⟨iP, F⟩ the torque at the ankle,
+
+and at heel strike the impulse from the jump of their velocities. Vectors are complex as
+in `physics`: up (normal to the floor) + i·forward.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.model.mechanics.actuation import ankle_torque, drive, flow
+from powered_walker_env.model.mechanics.constants import Constants, constants_of
+from powered_walker_env.model.mechanics.heel_strike import heel_strike
+from powered_walker_env.model.mechanics.push_off import push_off
+from powered_walker_env.model.mechanics.swing import turned, vectors
+from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
+from powered_walker_env.model.powering import STRENGTH, AnyControl
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.maps import Policy, StrideMap
+from powered_walker_env.simulation import record
+from powered_walker_env.simulation.strides import Array
+from powered_walker_env.simulation.trajectory import LoggedStride, log_stride
+
+SAMPLES = 500  # per √(L/g) of time: extremes are right to about the square of 1/500
+CONTACT_RTOL = 1e-11  # of the strides examined
+
+PUSHES = {Reset.PUSH_BEFORE, Reset.PUSH_WITH, Reset.PUSH_AFTER}
+
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class GroundForce:
+    """The floor's force on the stance foot along one stride, both sides of events included."""
+
+    t: Array  # (n,) s
+    normal: Array  # (n,) N
+    tangential: Array  # (n,) N, forward positive
+    ankle_torque: Array  # (n,) N m, extending: the motor's, and the stop's when the foot is locked
+    phase: NDArray[np.int64]  # (n,) index in the walker's cycle
+    impulse: tuple[float, float]  # N s, normal and forward, on the new foot at heel strike; NaN
+    # after a fall
+    push: tuple[float, float]  # N s, the same of a push-off, on the old foot
+
+
+def ground_force(
+    params: WalkerParams,
+    control: AnyControl | Policy | None,
+    state: PostStrikeState | Sequence[float],
+) -> GroundForce:
+    """The ground force along one stride from `state`, finely sampled.
+
+    Raises:
+        ValueError: a bad argument.
+    """
+    walked = next(logged_strides(params, control, state, 1))
+    logged, c = walked.logged, constants_of(params)
+    force, ankle, _ = forces(walked, c)
+    jump, push = impulse_of(walked, c), push_of(walked)
+    return GroundForce(
+        t=logged.log[:, 0].copy(),
+        normal=force.real.copy(),
+        tangential=force.imag.copy(),
+        ankle_torque=ankle,
+        phase=logged.log[:, 7].astype(np.int64),
+        impulse=(jump.real, jump.imag),
+        push=(push.real, push.imag),
+    )
+
+
+class WalkedStride(NamedTuple):
+    """A logged stride, and what powered it."""
+
+    logged: LoggedStride
+    cycle: Cycle
+    strength: float  # of what acts: N m, or N s of a push
+
+    @property
+    def push(self) -> float:
+        """The impulse along the trailing leg at its end, N s."""
+        resets = {way.reset for way in self.cycle[-1].exits}
+        return self.strength if resets & PUSHES else 0.0
+
+    def rows(self, joints: Joints) -> NDArray[np.bool_]:
+        """(n,) the samples with the ankle locked, or free."""
+        there = np.array([phase.joints == joints for phase in self.cycle])
+        return there[self.logged.log[:, 7].astype(np.int64)]
+
+    def struck(self, c: Constants) -> Array:
+        """(6,) the state after heel strike and push, before feet and legs are renamed."""
+        before = self.logged.log[-1, 1:7]
+        if self.push == 0.0:
+            return np.array(heel_strike(*before, c))
+        return np.array(push_off(*before, self.push, c))
+
+
+def logged_strides(
+    params: WalkerParams,
+    control: AnyControl | Policy | None,
+    state: PostStrikeState | Sequence[float],
+    strides: int,
+) -> Iterator[WalkedStride]:
+    """Logged strides until a fall."""
+    stride_map, here = StrideMap(params, control), check_state(state)
+    interval = math.sqrt(params.leg_length / params.gravity) / SAMPLES
+    for _ in range(strides):
+        row = stride_map.controls(np.array([here]))[0]
+        chosen = stride_map.scheme.control_of(row)
+        logged = log_stride(here, chosen, params, 0.0, CONTACT_RTOL, interval)
+        yield WalkedStride(logged, stride_map.cycle, float(row[STRENGTH]))
+        if logged.outcome != Outcome.WALKED:
+            return
+        here = PostStrikeState(*logged.result[record.STATE].tolist())
+
+
+def forces(walked: WalkedStride, c: Constants) -> tuple[ComplexArray, Array, Array]:
+    """Along a stride: ground force, N, torque at the ankle and the motor's part, N m; (n,)."""
+    log, cycle = walked.logged.log, walked.cycle
+    force, torque, motor = np.empty(len(log), complex), np.empty(len(log)), np.empty(len(log))
+    for i, row in enumerate(log):
+        y, phase = row[1:7], cycle[int(row[7])]
+        locked = phase.joints == Joints.ANKLE_LOCKED
+        acting = drive(phase.torque, walked.strength, c)
+        _, _, _, ddphi, ddalpha, ddbeta = flow(locked, y, acting, c)
+        foot, A, H, B = vectors(y[0], y[1], y[2], c)
+        P, B = c.R + foot, c.reaction * B
+        ankle = 1j * P * ddphi - foot * y[3] ** 2
+        a_A = ankle + (1j * ddalpha - y[4] ** 2) * A
+        a_B = ankle + (1j * ddalpha - y[4] ** 2) * H + (1j * ddbeta - y[5] ** 2) * B
+        force[i] = c.M * (a_A + a_B + 2.0 * c.g)
+        torque[i] = turned(P, force[i])
+        motor[i] = ankle_torque(y, acting, c)
+    return force, torque, motor
+
+
+def _momentum(y: Array, c: Constants) -> complex:
+    """Linear momentum of the walker, kg m/s."""
+    foot, A, H, B = vectors(y[0], y[1], y[2], c)
+    ankle = 1j * (c.R + foot) * y[3]
+    return complex(c.M * (2.0 * ankle + 1j * ((A + H) * y[4] + c.reaction * B * y[5])))
+
+
+def impulse_of(walked: WalkedStride, c: Constants) -> complex:
+    """The floor's impulse on the new foot at heel strike, N s.
+
+    The jump of the momentum, but for what a push along the trailing leg gives of it.
+    """
+    logged = walked.logged
+    if logged.outcome != Outcome.WALKED:
+        return complex(math.nan, math.nan)
+    before = logged.log[-1, 1:7]
+    jump = _momentum(walked.struck(c), c) - _momentum(before, c)
+    return jump - push_of(walked)
+
+
+def push_of(walked: WalkedStride) -> complex:
+    """The floor's impulse on the old foot in a push-off, N s, along the trailing leg."""
+    if walked.logged.outcome != Outcome.WALKED:
+        return complex(math.nan, math.nan)
+    return cmath.rect(walked.push, walked.logged.log[-1, 2])
+
+
+def trailing_foot(walked: WalkedStride, c: Constants) -> tuple[float, float]:
+    """Upward velocities of the old ankle and of the old foot just after heel strike, m/s."""
+    if walked.logged.outcome != Outcome.WALKED:
+        return math.nan, math.nan
+    before, y = walked.logged.log[-1, 1:7], walked.struck(c)
+    foot, _, H, _ = vectors(y[0], y[1], y[2], c)
+    hip = 1j * ((c.R + foot) * y[3] + H * y[4])
+    ankle = hip + 1j * c.L * np.exp(1j * y[2]) * y[5]
+    centre = ankle - 1j * c.D * np.exp(1j * before[0]) * y[5]  # turning with the leg
+    return float(ankle.real), float(centre.real)

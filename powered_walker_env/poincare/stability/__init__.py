@@ -1,0 +1,1 @@
+"""How stable is a gait, and how fast do deviations die out?"""

@@ -1,0 +1,1 @@
+"""How a stride is computed, from heel strike to heel strike, with its derivatives."""

@@ -1,0 +1,331 @@
+"""One stride, or many at once: from just after heel strike to just after the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.phases import Cycle, Outcome, encode
+from powered_walker_env.model.powering import (
+    PASSIVE,
+    AnyControl,
+    Scheme,
+    check_walkable,
+    scheme,
+    scheme_of,
+)
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation import kernel, record
+from powered_walker_env.simulation.threads import run_in_slices
+
+TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
+
+Array = NDArray[np.float64]
+NO_LOG = np.empty((0, record.LOG_COLUMNS))
+
+
+class Final(NamedTuple):
+    """The walker where a stride ended, before any heel strike; relative angles."""
+
+    q: tuple[float, float, float]  # rad: foot to vertical, ankle, hip
+    u: tuple[float, float, float]  # rad/s
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride and how it ended."""
+
+    state: PostStrikeState  # after the heel strike; NaN after a fall
+    final: Final  # at the end, whatever happened
+    outcome: Outcome
+    duration: float  # s
+    step_length: float  # m, travel of the contact point (rolling included); 0 after a fall
+    energy_in: float  # J, net work of motor, hip or push
+    positive_work: float  # J, its positive part
+    energy_lost: float  # J, at the heel strike and at the ankle's stop
+    min_clearance: float  # m, lowest of the swing foot once the legs have passed, its ground
+    # at 0: 0 is a clean step, less is scuffing; NaN if they did not pass
+    electrical_energy: float  # J, voltage times current of the ankle motor: ω_noload ∫τ dt
+
+
+@dataclass(frozen=True, eq=False)
+class StrideBatch:
+    """N strides as arrays; the fields are those of `Stride`."""
+
+    outcome: NDArray[np.int64]  # (N,), values of `Outcome`
+    results: Array = field(repr=False)  # (N, record.RESULTS): the kernel's rows
+
+    @property
+    def state(self) -> Array:
+        """(N, 4) after the heel strikes; NaN after a fall."""
+        return self.results[:, record.STATE]
+
+    @property
+    def final_q(self) -> Array:
+        """(N, 3) rad, relative angles at the ends, before any heel strike."""
+        return relative(self.results[:, record.FINAL][:, :3])
+
+    @property
+    def final_u(self) -> Array:
+        """(N, 3) rad/s, their rates."""
+        return relative(self.results[:, record.FINAL][:, 3:])
+
+    @property
+    def walked(self) -> NDArray[np.bool_]:
+        """(N,) which strides ended in a heel strike."""
+        return self.outcome == int(Outcome.WALKED)
+
+    @property
+    def duration(self) -> Array:
+        """(N,) s."""
+        return self.results[:, record.DURATION]
+
+    @property
+    def step_length(self) -> Array:
+        """(N,) m."""
+        return self.results[:, record.STEP_LENGTH]
+
+    @property
+    def energy_in(self) -> Array:
+        """(N,) J."""
+        return self.results[:, record.ENERGY_IN]
+
+    @property
+    def positive_work(self) -> Array:
+        """(N,) J."""
+        return self.results[:, record.POSITIVE_WORK]
+
+    @property
+    def energy_lost(self) -> Array:
+        """(N,) J."""
+        return self.results[:, record.ENERGY_LOST]
+
+    @property
+    def min_clearance(self) -> Array:
+        """(N,) m."""
+        return self.results[:, record.MIN_CLEARANCE]
+
+    @property
+    def electrical_energy(self) -> Array:
+        """(N,) J."""
+        return self.results[:, record.ELECTRICAL_ENERGY]
+
+
+def stride(
+    state: PostStrikeState | Sequence[float],
+    control: AnyControl | None,
+    params: WalkerParams,
+    *,
+    step_height: float = 0.0,
+    rtol: float = 1e-9,
+) -> Stride:
+    """Walk one stride.
+
+    Args:
+        state: post-strike state (α, s, α', β'), rad and rad/s.
+        control: switch angle and stall torque, or the control of another scheme
+            (`schemes/`); None for a passive walker, whose foot stays locked.
+        params: the walker.
+        step_height: m, height of the ground ahead over the ground under the stance foot.
+        rtol: accuracy asked of the post-strike state, 1e-13 to 1e-3.
+
+    Returns:
+        The stride. A fall is an outcome, not an exception.
+
+    Raises:
+        ValueError: a state that is not finite, a walker that cannot be powered, a
+            tolerance out of bounds; TypeError: an argument of the wrong type.
+    """
+    checked = check_state(state)
+    check_walkable(params, control)
+    powered = scheme_of(control)
+    results, outcomes = _run(
+        powered.cycle,
+        np.array([checked]),
+        np.array([powered.row(control)]),
+        pack(params)[np.newaxis],
+        _heights(step_height, 1),
+        check_rtol(rtol),
+    )
+    return _stride_of(results[0], Outcome(int(outcomes[0])))
+
+
+def stride_batch(
+    states: ArrayLike,
+    controls: ArrayLike | None,
+    params: WalkerParams | Sequence[WalkerParams],
+    *,
+    step_height: ArrayLike = 0.0,
+    rtol: float = 1e-9,
+    scheme: str = "motor",
+) -> StrideBatch:
+    """N strides at once, on all cores; each bit-equal to the same call of `stride`.
+
+    Args:
+        states: (N, 4) post-strike states, rad and rad/s.
+        controls: (N, k) or (k,) numbers of the scheme's control, for the motor k = 2
+            switch angles (rad) and stall torques (N m); None for passive walkers.
+        params: one walker, or N of them.
+        step_height: m, one height or N of them.
+        rtol: as in `stride`.
+        scheme: what powers the walkers, by name (`SCHEMES`).
+
+    Raises:
+        ValueError: wrong shapes, or a value out of its domain, naming the row.
+    """
+    cycle, start, angles, rows = check_batch(states, controls, params, scheme)
+    heights = _heights(step_height, len(start))
+    return run_batch(cycle, start, angles, rows, heights, check_rtol(rtol))
+
+
+def check_batch(
+    states: ArrayLike,
+    controls: ArrayLike | None,
+    params: WalkerParams | Sequence[WalkerParams],
+    powered_by: str = "motor",
+) -> tuple[Cycle, Array, Array, Array]:
+    """Cycle, states (N, 4), controls (N, 2) and packed walkers (N or 1) of `stride_batch`.
+
+    Raises:
+        ValueError: wrong shapes, or a value out of its domain, naming the row.
+    """
+    start = _matrix("states", states, 4)
+    count = len(start)
+    walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
+    if len(walkers) not in (1, count):
+        raise ValueError(f"params must be one walker or {count}, got {len(walkers)}")
+    powered = PASSIVE if controls is None else scheme(powered_by)
+    some_control = powered.control_of((1.0, 0.0))
+    for walker in walkers:
+        check_walkable(walker, some_control)
+    rows = np.array([pack(walker) for walker in walkers])
+    return powered.cycle, start, _controls(controls, powered, count), rows
+
+
+def run_batch(
+    cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
+) -> StrideBatch:
+    """`stride_batch` on arrays that are known to be good (rows: packed walkers, N or 1)."""
+    results, outcomes = _run(cycle, states, controls, rows, heights, rtol)
+    return StrideBatch(outcomes, results)
+
+
+def relative(absolute: Array) -> Array:
+    """Relative angles (or rates) from absolute ones: (φ, α, β) to (q1, q2, q3), (..., 3)."""
+    return np.concatenate([absolute[..., :1], np.diff(absolute, axis=-1)], axis=-1)
+
+
+def check_rtol(rtol: float) -> float:
+    """The tolerance as a float.
+
+    Raises:
+        ValueError: outside 1e-13 to 1e-3.
+    """
+    if not TIGHTEST <= rtol <= LOOSEST:
+        raise ValueError(f"rtol must lie in [{TIGHTEST}, {LOOSEST}], got {rtol!r}")
+    return float(rtol)
+
+
+def _run(
+    cycle: Cycle, states: Array, controls: Array, rows: Array, heights: Array, rtol: float
+) -> tuple[Array, NDArray[np.int64]]:
+    results = np.empty((len(states), record.RESULTS))
+    code = encode(cycle)
+
+    def work(part: slice) -> None:
+        run_rows(
+            code,
+            states[part],
+            controls[part],
+            rows if len(rows) == 1 else rows[part],
+            heights if len(heights) == 1 else heights[part],
+            rtol,
+            results[part],
+        )
+
+    run_in_slices(work, len(states))
+    return results, outcomes_of(results)
+
+
+def run_rows(
+    code: Array, states: Array, controls: Array, rows: Array, heights: Array, rtol: float,
+    results: Array,
+) -> None:  # fmt: skip
+    """The strides of one slice on this thread, without the interpreter's lock.
+
+    Args:
+        code: of the cycle (`phases.encode`); the rest as in `run_batch`.
+        results: (N, record.RESULTS) is written.
+    """
+    kernel.run_strides(
+        code, states, controls, rows, heights, rtol, results, 0.0, NO_LOG, None, NO_LOG
+    )
+
+
+def outcomes_of(results: Array) -> NDArray[np.int64]:
+    """(N,) the outcomes in the kernel's rows."""
+    return results[:, record.OUTCOME].astype(np.int64)
+
+
+def _stride_of(row: Array, outcome: Outcome) -> Stride:
+    values = row.tolist()
+    phi, alpha, beta, dphi, dalpha, dbeta = values[record.FINAL]
+    return Stride(
+        PostStrikeState(*values[record.STATE]),
+        Final((phi, alpha - phi, beta - alpha), (dphi, dalpha - dphi, dbeta - dalpha)),
+        outcome,
+        *values[record.DURATION : record.OUTCOME],
+    )
+
+
+def _matrix(name: str, values: ArrayLike, columns: int) -> Array:
+    """`values` as a contiguous (N, columns) array of finite floats."""
+    matrix = np.ascontiguousarray(values, dtype=np.float64)
+    if matrix.ndim != 2 or matrix.shape[1] != columns:
+        raise ValueError(f"{name} must have shape (N, {columns}), got {matrix.shape}")
+    finite = np.atleast_1d(np.isfinite(matrix).all(axis=1))
+    _require_rows(finite, name, "be finite", matrix)
+    return matrix
+
+
+def _require_rows(good: NDArray[np.bool_], name: str, need: str, values: Array) -> None:
+    if not good.all():
+        row = int(np.argmin(good))
+        raise ValueError(f"{name} must {need}, got {values[row].tolist()} in row {row}")
+
+
+def _controls(controls: ArrayLike | None, powered: Scheme, count: int) -> Array:
+    """(N, 2) the kernel's rows of the controls."""
+    wanted = len(powered.columns)
+    if controls is None:
+        return powered.rows(np.empty((count, 0)))
+    values = np.asarray(controls, dtype=np.float64)
+    if values.ndim == 1:
+        values = np.tile(values, (count, 1))
+    values = _matrix("controls", values, wanted)
+    if len(values) != count:
+        raise ValueError(
+            f"controls must have one row for each of {count} states, got {len(values)}"
+        )
+    rows = powered.rows(values)
+    inside = (rows[:, 0] > 0) & (rows[:, 0] < 2 * math.pi)
+    _require_rows(inside, "controls", "have switch angles in (0, 2*pi)", values)
+    if powered.positive:
+        need = f"have {powered.numbers[-1].replace('_', ' ')}s that are not negative"
+        _require_rows(rows[:, 1] >= 0, "controls", need, values)
+    return rows
+
+
+def _heights(step_height: ArrayLike, count: int) -> Array:
+    heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
+    if heights.shape not in ((1,), (count,)):
+        raise ValueError(f"step_height must be one height or {count}, got shape {heights.shape}")
+    _require_rows(np.atleast_1d(np.isfinite(heights)), "step_height", "be finite", heights)
+    return np.ascontiguousarray(heights)

@@ -1,0 +1,212 @@
+"""A walk as a trajectory: the same kernel, with its log switched on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.phases import Outcome, Phase, Torque, encode
+from powered_walker_env.model.powering import AnyControl, check_walkable, scheme_of
+from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation import kernel, record, turns
+from powered_walker_env.simulation.strides import Array, check_rtol, relative
+
+Policy = Callable[[PostStrikeState], AnyControl]
+EVENT_ROWS = 4 * turns.MAX_PHASES  # rows that the events of a stride can need
+
+
+class Event(NamedTuple):
+    """Where a phase ended."""
+
+    t: float  # s from the start of the walk
+    phase: str  # the phase that ended
+    stride: int
+    q: tuple[float, float, float]  # rad, before any reset
+    u: tuple[float, float, float]  # rad/s
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A walk of one or more strides; both sides of every event are samples.
+
+    Positions are measured along and normal to the floor, forward and up, from the
+    first contact point.
+    """
+
+    params: WalkerParams
+    t: Array  # (n,) s
+    q: Array  # (n, 3) rad: foot to vertical q1, ankle q2, hip q3
+    u: Array  # (n, 3) rad/s
+    phase: NDArray[np.int64]  # (n,) index of the phase in the walker's cycle
+    foot: Array  # (n, 2) m, centre of the stance foot
+    stride: NDArray[np.int64]  # (n,) number of the stride
+    ground: Array  # (m+1,) m, height of the ground under each stance foot, and the last landing
+    landings: Array  # (m+1,) m, forward position of each contact point as its stride begins
+    events: tuple[Event, ...]
+    states: Array  # (m+1, 4) post-strike states; the last is NaN after a fall
+    outcome: Outcome  # of the last stride
+    motor_on: NDArray[np.bool_]  # (n,) whether the ankle's motor runs
+
+
+class LoggedStride(NamedTuple):
+    """One stride with its samples."""
+
+    log: Array  # (n, 8): t, φ, α, β, their rates, phase
+    result: Array  # (record.RESULTS,)
+    outcome: Outcome
+
+
+def log_stride(
+    state: Sequence[float],
+    control: AnyControl | None,
+    params: WalkerParams,
+    step_height: float,
+    rtol: float,
+    interval: float,
+) -> LoggedStride:
+    """One stride with a sample every `interval` seconds (0: events only); inputs known good."""
+    longest = kernel.TIME_LIMIT * math.sqrt(params.leg_length / params.gravity)
+    samples = 0 if interval == 0 else math.ceil(longest / interval)
+    log = np.empty((EVENT_ROWS + samples, record.LOG_COLUMNS))
+    results = np.empty((1, record.RESULTS))
+    powered = scheme_of(control)
+    logged = kernel.run_strides(
+        encode(powered.cycle),
+        np.array([state], dtype=np.float64),
+        np.array([powered.row(control)]),
+        pack(params)[np.newaxis],
+        np.array([step_height], dtype=np.float64),
+        rtol,
+        results,
+        float(interval),
+        log,
+        None,
+        log,
+    )
+    return LoggedStride(log[:logged], results[0], Outcome(int(results[0, record.OUTCOME])))
+
+
+def walk(
+    state: PostStrikeState | Sequence[float],
+    control: AnyControl | Policy | None,
+    params: WalkerParams,
+    strides: int,
+    *,
+    step_heights: Sequence[float] | None = None,
+    sample_interval: float = 0.02,
+    rtol: float = 1e-9,
+) -> Trajectory:
+    """Walk until `strides` are done or the walker falls.
+
+    Args:
+        state: post-strike state to start from, rad and rad/s.
+        control: a constant control, None for a passive walker, or a policy: a function
+            from the post-strike state to the control of the stride.
+        params: the walker.
+        strides: how many at most, at least 1.
+        step_heights: m, rise of the ground at each stride; flat if left out.
+        sample_interval: s between samples; 0 keeps the events only.
+        rtol: accuracy asked of each post-strike state.
+
+    Raises:
+        ValueError: a state, count, height or interval out of its domain.
+        TypeError: a policy that returns something else than a `Control`.
+    """
+    checked = check_state(state)
+    if strides < 1:
+        raise ValueError(f"strides must be at least 1, got {strides!r}")
+    if not (math.isfinite(sample_interval) and sample_interval >= 0):
+        raise ValueError(f"sample_interval must not be negative, got {sample_interval!r}; seconds")
+    heights = np.zeros(strides) if step_heights is None else np.asarray(step_heights, float)
+    if heights.shape != (strides,) or not np.isfinite(heights).all():
+        raise ValueError(f"step_heights must be {strides} finite heights, got {step_heights!r}")
+    check_rtol(rtol)
+    builder = TrajectoryBuilder(params, checked)
+    for height in heights:
+        chosen = control(checked) if callable(control) else control
+        check_walkable(params, chosen)
+        logged = log_stride(checked, chosen, params, float(height), rtol, sample_interval)
+        builder.add(logged, scheme_of(chosen).cycle, float(height))
+        if logged.outcome != Outcome.WALKED:
+            break
+        checked = PostStrikeState(*logged.result[record.STATE].tolist())
+    return builder.build()
+
+
+class TrajectoryBuilder:
+    """Puts logged strides one after another in one world frame."""
+
+    def __init__(
+        self,
+        params: WalkerParams,
+        state: PostStrikeState,
+        *,
+        start: float = 0.0,
+        ground: float = 0.0,
+        landing: float = 0.0,
+    ) -> None:
+        """Begin at time `start` with the contact point at (`landing`, `ground`)."""
+        self.params = params
+        self._t, self._outcome = start, Outcome.WALKED
+        self._ground, self._landings = [ground], [landing]
+        self._states = [np.array(state)]
+        self._pieces: list[tuple[Array, Array, Array, int]] = []
+        self._motor: list[NDArray[np.bool_]] = []
+        self._events: list[Event] = []
+
+    def add(self, logged: LoggedStride, cycle: tuple[Phase, ...], height: float) -> None:
+        """Append a stride that walked onto ground `height` higher."""
+        params, number = self.params, len(self._pieces)
+        log = logged.log
+        t = self._t + log[:, 0]
+        rolled = params.foot_radius * (log[:, 1] - log[0, 1])
+        up = np.full(len(log), self._ground[-1] + params.foot_radius)
+        self._pieces.append((t, log, np.stack([self._landings[-1] + rolled, up], 1), number))
+        on = np.array([phase.torque == Torque.MOTOR for phase in cycle])
+        self._motor.append(on[log[:, 7].astype(np.int64)])
+        self._note_events(t, log, cycle, number)
+        self._t = float(t[-1])
+        if logged.outcome == Outcome.WALKED:
+            self._landings.append(self._landings[-1] + float(logged.result[record.STEP_LENGTH]))
+            self._ground.append(self._ground[-1] + height)
+        else:
+            self._landings.append(self._landings[-1])
+            self._ground.append(self._ground[-1])
+        self._states.append(logged.result[record.STATE].copy())
+        self._outcome = logged.outcome
+
+    def _note_events(self, t: Array, log: Array, cycle: tuple[Phase, ...], number: int) -> None:
+        phases = log[:, 7]
+        last_rows = [*np.flatnonzero(np.diff(phases)), len(log) - 1]
+        for row in last_rows:
+            q, u = relative(log[row, 1:4]), relative(log[row, 4:7])
+            name = cycle[int(phases[row])].name
+            self._events.append(
+                Event(float(t[row]), name, number, tuple(q.tolist()), tuple(u.tolist()))
+            )
+
+    def build(self) -> Trajectory:
+        """The walk so far."""
+        log = np.concatenate([piece[1] for piece in self._pieces])
+        return Trajectory(
+            params=self.params,
+            t=np.concatenate([piece[0] for piece in self._pieces]),
+            q=relative(log[:, 1:4]),
+            u=relative(log[:, 4:7]),
+            phase=log[:, 7].astype(np.int64),
+            foot=np.concatenate([piece[2] for piece in self._pieces]),
+            stride=np.concatenate([np.full(len(p[0]), p[3]) for p in self._pieces]),
+            ground=np.array(self._ground),
+            landings=np.array(self._landings),
+            events=tuple(self._events),
+            states=np.array(self._states),
+            outcome=self._outcome,
+            motor_on=np.concatenate(self._motor),
+        )

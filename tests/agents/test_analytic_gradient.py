@@ -1,0 +1,260 @@
+"""Training through the walker: exact gradients, fewer strides, policies that can be kept."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+import agents.analytic_gradient
+from agents.analytic_gradient import main, train
+from agents.command import UserError, exit_status, make_walkers
+from agents.controllers import OpenLoop, load_controller
+from agents.evaluate import evaluate
+from agents.learner import Learner, Settings, read_settings
+from agents.networks import Network, load_network, save_network
+from agents.segments import Segment, segment_loss, walk_segment
+from powered_walker_env import StrideMap
+from powered_walker_env.controllers.policies import policy_of
+from powered_walker_env.envs.task import Task
+from powered_walker_env.torch import differentiable_strides
+
+ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
+COST = torch.tensor([0.4, 0.1, 1.0, 0.1], dtype=torch.float64)
+TRUST = 0.3
+SMALL = Settings(ROUND_FOOT, n_timesteps=320, n_envs=8, n_steps=4, n_epochs=4, episodes=3)
+
+
+def round_foot(**kwargs: Any) -> Task:
+    return make_walkers(ROUND_FOOT, 1, **kwargs).task
+
+
+def a_policy(seed: int = 0, size: float = 0.1) -> torch.nn.Module:
+    rng = np.random.default_rng(seed)
+    policy = torch.nn.Linear(4, 2, dtype=torch.float64)
+    with torch.no_grad():
+        policy.weight.copy_(torch.from_numpy(rng.normal(0.0, size, (2, 4))))
+        policy.bias.zero_()
+    return policy
+
+
+def a_segment(task: Task, policy: torch.nn.Module, count: int = 6, strides: int = 3) -> Segment:
+    rng = np.random.default_rng(1)
+    start = torch.from_numpy(rng.normal(0.0, 0.03, (count, 4)))
+    pushes = torch.from_numpy(rng.normal(0.0, 0.03, (strides, count, 4)))
+    return walk_segment(task, policy, start, pushes)
+
+
+def through_the_walker(task: Task, policy: torch.nn.Module, segment: Segment) -> torch.Tensor:
+    """The loss of the same walk by backpropagation through the strides themselves."""
+    gait, scale, nominal, reach = map(
+        torch.from_numpy, (task.gait[0], task.scale, task.nominal, task.half_range)
+    )
+    total = torch.zeros((), dtype=torch.float64)
+    observation = segment.observations[0]
+    for k in range(len(segment.walking)):
+        found = differentiable_strides(
+            gait + observation * scale, nominal + policy(observation) * reach, task.params,
+            rtol=1e-8,
+        )  # fmt: skip
+        push = segment.landed[k] - (found.state.detach() - gait) / scale
+        observation = (found.state - gait) / scale + push
+        total = total + (torch.sqrt(1 + (COST * observation**2).sum(1)) - 1).mean()
+    return total
+
+
+def test_a_segment_has_the_loss_and_the_gradient_of_the_walk_itself() -> None:
+    task, policy = round_foot(), a_policy()
+    segment = a_segment(task, policy)
+    assert segment.walking.all() and segment.actions.abs().max() < 1
+    parameters = list(policy.parameters())
+    by_models = segment_loss(policy, segment, COST, TRUST)
+    exact = through_the_walker(task, policy, segment)
+    torch.testing.assert_close(by_models, exact, rtol=1e-12, atol=0)
+    for one, other in zip(
+        torch.autograd.grad(by_models, parameters),
+        torch.autograd.grad(exact, parameters),
+        strict=True,
+    ):
+        torch.testing.assert_close(one, other, rtol=1e-9, atol=1e-12)
+
+
+def test_another_policy_on_an_old_segment_is_right_to_first_order() -> None:
+    task, policy = round_foot(), a_policy()
+    segment = a_segment(task, policy)
+    gaps = []
+    for size in (1e-2, 1e-3):
+        other = a_policy()
+        with torch.no_grad():
+            other.weight += size * torch.from_numpy(np.random.default_rng(2).normal(size=(2, 4)))
+        fresh = a_segment(task, other)
+        change = segment_loss(other, segment, COST, TRUST) - segment_loss(other, fresh, COST, TRUST)
+        gaps.append(abs(change.item()))
+    assert gaps[1] < 0.03 * gaps[0]  # the error is of second order: a hundredth
+
+
+def test_a_fall_drops_out_of_the_loss_from_there_on() -> None:
+    task, policy = round_foot(), a_policy(size=0.0)
+    start = torch.zeros((2, 4), dtype=torch.float64)
+    start[1, 2] = -15.0  # it falls backward
+    segment = walk_segment(task, policy, start, torch.zeros((3, 2, 4), dtype=torch.float64))
+    assert segment.walking.tolist() == [[True, False]] * 3
+    assert segment.strides == 6
+    loss = segment_loss(policy, segment, COST, TRUST)
+    alone = segment_loss(policy, Segment(*(part[:, :1] for part in segment)), COST, TRUST)
+    assert loss.item() == pytest.approx(alone.item() / 2)
+    (gradient,) = torch.autograd.grad(loss, policy.weight)
+    assert gradient.isfinite().all()
+
+
+def test_walkers_whose_actions_changed_too_much_do_not_count() -> None:
+    task, policy = round_foot(), a_policy(size=0.0)
+    segment = a_segment(task, policy)
+    with torch.no_grad():
+        policy.bias += 0.5
+    assert segment_loss(policy, segment, COST, TRUST).item() == 0.0
+
+
+def test_a_short_training_walks_much_longer_than_the_open_loop(tmp_path: Path) -> None:
+    settings = replace(read_settings(ROUND_FOOT), n_timesteps=1600, n_envs=8, episodes=5)
+    learner, history = train(settings, tmp_path / "run", quiet=True)
+    assert learner.strides <= 1600
+    assert history[0]["steps"] == 0 and history[-1]["steps"] == learner.strides
+    name, controller = load_controller(tmp_path / "run", ROUND_FOOT)
+    assert name == "analytic gradient run"
+    learnt = evaluate(controller, ROUND_FOOT, 60).strides.mean()
+    baseline = evaluate(OpenLoop(), ROUND_FOOT, 60).strides.mean()
+    assert learnt > baseline + 20  # 8 and over 50 in most
+
+
+def test_it_begins_as_the_open_loop_and_walks_no_stride_too_many() -> None:
+    learner = Learner(SMALL, round_foot())
+    observations = np.random.default_rng(0).normal(size=(5, 4))
+    assert not learner.network().predict(observations)[0].any()
+    learner.update()
+    assert learner.strides == 8 * 4
+    assert learner.network().predict(observations)[0].any()
+
+
+def test_the_same_seed_gives_the_same_policy(tmp_path: Path) -> None:
+    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
+        train(replace(SMALL, seed=seed), tmp_path / name, quiet=True)
+    first, second, other = (load_network(tmp_path / name / "policy.npz") for name in "abc")
+    for k, (weights, biases) in enumerate(first.layers):
+        np.testing.assert_array_equal(weights, second.layers[k][0])
+        np.testing.assert_array_equal(biases, second.layers[k][1])
+    assert (first.layers[0][0] != other.layers[0][0]).any()
+    rows = [(tmp_path / name / "evaluations.csv").read_text() for name in "ab"]
+    assert rows[0] == rows[1]
+
+
+def test_the_network_is_the_policy_and_knows_its_derivative(tmp_path: Path) -> None:
+    learner = Learner(replace(SMALL, seed=1), round_foot())
+    for _ in range(3):
+        learner.update()
+    save_network(learner.network(), tmp_path / "kept.npz")
+    network = load_network(tmp_path / "kept.npz")
+    assert network.env_id == ROUND_FOOT
+    observations = torch.from_numpy(np.random.default_rng(0).normal(0, 0.3, (7, 4)))
+    wanted = learner.policy(observations).clamp(-1, 1).detach().numpy()
+    np.testing.assert_allclose(network.predict(observations.numpy())[0], wanted, rtol=1e-12)
+    jacobian = torch.autograd.functional.jacobian(
+        lambda x: learner.policy(x).sum(0), observations, vectorize=True
+    )
+    np.testing.assert_allclose(
+        network.derivative(observations.numpy()), jacobian.permute(1, 0, 2), rtol=1e-12
+    )
+
+
+def test_the_laboratory_takes_the_policy_as_it_is() -> None:
+    learner = Learner(SMALL, round_foot())
+    learner.update()
+    task = round_foot()
+    closed = StrideMap(task.params, policy_of(task, learner.network()))
+    point, h = closed.differentiate(task.gait[0]), 1e-6
+    moved = [task.gait[0] + sign * h * np.eye(4)[2] for sign in (1, -1)]
+    ahead, back = closed(np.array(moved))
+    np.testing.assert_allclose(point.by_state[:, 2], (ahead - back) / (2 * h), atol=1e-4)
+
+
+def test_ctrl_c_keeps_what_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    update = Learner.update
+
+    def interrupted(self: Learner) -> float:
+        signal.raise_signal(signal.SIGINT)
+        return update(self)
+
+    monkeypatch.setattr(agents.analytic_gradient.Learner, "update", interrupted)
+    with pytest.raises(SystemExit) as stopped:
+        main(["--runs", str(tmp_path), "--name", "cut", "--hyperparams", "episodes:5"])
+    assert stopped.value.code == 130
+    assert "stopped early" in capsys.readouterr().out
+    assert load_network(tmp_path / "cut" / "policy.npz").predict(np.ones((1, 4)))[0].any()
+
+
+def test_the_command_trains_and_says_what_it_did(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--runs", str(tmp_path), "--steps", "160", "--hyperparams", "episodes:5"]
+    main(arguments)
+    printed = capsys.readouterr().out
+    assert "160 strides, all of them differentiated" in printed
+    folder = tmp_path / f"apg-{ROUND_FOOT}-0"
+    written = {"config.yml", "versions.json", "evaluations.csv", "policy.npz"}
+    assert {path.name for path in folder.iterdir()} == written
+    with pytest.raises(UserError, match="exists; choose another name, or replace it"):
+        main(arguments)
+    main([*arguments, "--overwrite"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--env", "CartPole-v1"], "env must be one of|environment 'CartPole-v1'"),
+        (["--name", "../x"], "name must be letters"),
+        (["--hyperparams", "walkers:3"], "unknown key 'walkers'; known are n_timesteps"),
+        (["--hyperparams", "n_envs:0"], "n_envs must be a positive integer, got 0"),
+        (["--hyperparams", "n_envs:2.5"], "n_envs must be a positive integer, got 2.5"),
+        (["--hyperparams", "seed:3"], "unknown key 'seed'"),
+        (["--hyperparams", "learning_rate:.nan"], "learning_rate must be a positive number"),
+        (["--hyperparams", "state_cost:[1, 2]"], "state_cost must be four numbers"),
+        (["--steps", "10"], "n_timesteps must be at least n_envs times n_steps"),
+        (["--env-kwargs", "disturbance:light-ground"], "pushes alone, got .* of ground"),
+    ],
+)
+def test_silly_arguments_are_named(
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(UserError, match=message):
+        main([*arguments, "--runs", str(tmp_path)])
+    assert not any(tmp_path.iterdir())
+    assert exit_status(lambda: main([*arguments, "--runs", str(tmp_path)])) == 2
+
+
+def test_bad_policies_are_named(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"there is no policy .*none\.npz"):
+        load_controller(tmp_path / "none.npz")
+    bad = tmp_path / "bad.npz"
+    bad.write_bytes(b"no zip at all")
+    with pytest.raises(UserError, match=r"bad\.npz' is not a saved network, or is damaged"):
+        load_controller(bad)
+    save_network(Network([(np.ones((3, 4)), np.ones(3))], ROUND_FOOT), bad)
+    with pytest.raises(UserError, match=r"no network of 4 observations .* shapes \(3, 4\)"):
+        load_controller(bad)
+
+
+def test_a_policy_of_another_walker_is_noted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_network(Network([(np.zeros((2, 4)), np.zeros(2))], ROUND_FOOT), tmp_path / "x.npz")
+    load_controller(tmp_path / "x.npz", ROUND_FOOT)
+    assert capsys.readouterr().err == ""
+    load_controller(tmp_path / "x.npz", "PoweredWalker-v0")
+    assert f"was trained on {ROUND_FOOT}, not on PoweredWalker-v0" in capsys.readouterr().err

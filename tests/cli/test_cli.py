@@ -1,0 +1,98 @@
+"""The command line, with sensible and with silly arguments."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from powered_walker_env import PRESETS
+from powered_walker_env.cli import main
+from powered_walker_env.model.powering import scheme_of
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == 0
+    return capsys.readouterr().out
+
+
+def test_a_bare_walk_walks_ten_strides(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = run(capsys, "walk").splitlines()
+    assert len(lines) == 13
+    assert lines[0] == "scheme: motor, switch angle 2.9068, stall torque 729.8"
+    assert lines[-1].startswith("walked: ")
+
+
+def test_a_push_makes_the_walker_fall_and_says_how(capsys: pytest.CaptureFixture[str]) -> None:
+    data = json.loads(run(capsys, "walk", "--push", "0.3", "0.3", "--json"))
+    assert data["outcome"] != "walked"
+    assert data["strides"] == len(data["states"]) - 1 < 10
+    assert len(data["heel_strikes_s"]) in (data["strides"], data["strides"] + 1)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_gait_prints_the_multipliers_of_a_preset(
+    preset: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = json.loads(run(capsys, "gait", "--preset", preset, "--json"))
+    assert data["stable"]
+    switches = scheme_of(PRESETS[preset].control).switches
+    assert len(data["multipliers"]) == (3 if switches else 4)  # of their sections
+    assert "stable" in run(capsys, "gait", "--preset", preset)
+
+
+def test_presets_name_their_source(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "Camp 1997" in run(capsys, "presets")
+    assert set(json.loads(run(capsys, "presets", "--json"))) == set(PRESETS)
+
+
+def test_a_walk_can_be_written_as_an_animation(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(capsys, "walk", "--strides", "1", "--animation", str(tmp_path / "walk.gif"))
+    assert (tmp_path / "walk.gif").read_bytes()[:4] == b"GIF8"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["walk", "--strides", "0"], 2, "strides must be at least 1"),
+        (["walk", "--switch-angle", "7"], 2, r"switch_angle must lie in \(0, 2\*pi\), got 7.0"),
+        (["walk", "--stall-torque", "nan"], 2, "stall_torque must be finite"),
+        (["walk", "--animation", "walk.xyz"], 2, "gif"),
+        (["gait", "--period", "0"], 2, "period must be at least 1"),
+        (["gait", "--stall-torque", "1"], 1, "no gait of period 1 found"),
+    ],
+)
+def test_silly_arguments_get_one_line_and_a_status(
+    arguments: list[str],
+    status: int,
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == status
+    error = capsys.readouterr().err
+    assert error.startswith("powered-walker: ")
+    assert re.search(message, error)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [[], ["fly"], ["walk", "--preset", "nobody"]])
+def test_unknown_commands_and_presets_are_refused(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    assert "usage" in capsys.readouterr().err
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert capsys.readouterr().out.startswith("powered-walker ")

@@ -1,0 +1,264 @@
+"""The command line's studies: files, JSON, resuming after Ctrl-C, what is refused."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from powered_walker_env import PRESETS, Gait
+from powered_walker_env.cli import main
+from powered_walker_env.cli.output import Progress, bar, clock
+from powered_walker_env.poincare.branches.branch import Branch
+from powered_walker_env.results import load_result, result_info
+
+PUBLISHED = ("--preset", "camp1997-as-published")
+BRANCH = ("branch", *PUBLISHED, "--bounds", "690", "735", "--step", "0.05")
+BOUNDARY = ("boundary", *PUBLISHED, "--bounds", "2.855", "2.87", "690", "740", "--step", "0.2")
+BASIN = ("basin", *PUBLISHED, "--points", "12", "10", "--strides", "30", "--backend", "threading")
+RAMPS = (
+    "bifurcation", *PUBLISHED, "--bounds", "728", "736", "--points", "5", "--transient", "40",
+    "--keep", "4", "--backend", "threading",
+)  # fmt: skip
+STUDIES = {"gait": ("gait", *PUBLISHED), "branch": BRANCH, "basin": BASIN, "bifurcation": RAMPS}
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == 0
+    captured = capsys.readouterr()
+    assert not captured.err  # no progress where there is no terminal
+    return captured.out
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_is_saved_drawn_and_told(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = tmp_path / name
+    data = json.loads(run(capsys, *STUDIES[name], "--json", "--out", str(base)))
+    assert {Path(file) for file in data["written"]} == set(tmp_path.iterdir())
+    suffixes = {path.suffix for path in tmp_path.iterdir()}
+    assert suffixes == {".npz", ".png", ".svg", ".csv"}
+    assert result_info(f"{base}.npz")["settings"]["preset"] == "camp1997-as-published"
+    load_result(f"{base}.npz")
+
+
+def test_a_branch_tells_its_special_points_to_eight_digits(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = run(capsys, *BRANCH)
+    assert "period doubling at 732.198466" in text
+    assert "gaits of 2 strides" in text
+    data = json.loads(run(capsys, *BRANCH, "--no-doubled", "--json"))
+    (branch,) = data["branches"]
+    (doubling,) = (p for p in branch["special_points"] if p["kind"] == "period doubling")
+    assert doubling["limits_stability"]
+    assert branch["stable_ranges"][0][1] == doubling["value"]
+
+
+def test_what_a_branch_saves_is_the_branch(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = json.loads(run(capsys, *BRANCH, "--json", "--no-plot", "--out", str(tmp_path / "b")))
+    assert [path.name for path in tmp_path.iterdir()] == ["b.npz"]
+    first, doubled = load_result(tmp_path / "b.npz")
+    assert isinstance(first, Branch)
+    assert first.values.tolist() == data["branches"][0]["values"]
+    assert doubled.period == 2
+
+
+def test_a_boundary_goes_through_the_branchs_limit(capsys: pytest.CaptureFixture[str]) -> None:
+    data = json.loads(run(capsys, *BOUNDARY, "--json"))
+    curves = {curve["kind"]: np.array(curve["values"]) for curve in data["boundaries"]}
+    assert len(curves) == len(data["boundaries"])
+    x, y = curves["period doubling"].T
+    order = np.argsort(x)
+    assert np.interp(2.8625, x[order], y[order]) == pytest.approx(732.1985, abs=0.05)
+
+
+def test_a_gait_is_told_with_its_contact(capsys: pytest.CaptureFixture[str]) -> None:
+    text = run(capsys, "gait")
+    assert "friction needed" in text
+    assert "falls back past its stop" in text
+    data = json.loads(run(capsys, "gait", "--json"))
+    assert data["contact"]["stop_overrun"] == pytest.approx(0.004, abs=5e-5)
+    assert len(data["contact"]["violations"]) == 2
+
+
+def test_parameters_can_be_set_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    changes = ["--set", "stall_torque=730", "--set", "slope=1e-5", "--set", "leg_mass=1001.5"]
+    out = ["--no-plot", "--out", str(tmp_path / "gait")]
+    run(capsys, "gait", *changes, *out)
+    gait: Gait = load_result(tmp_path / "gait.npz")
+    assert (gait.params.slope, gait.params.leg_mass) == (1e-5, 1001.5)
+    assert gait.control.stall_torque == 730  # type: ignore[union-attr]
+    data = json.loads(
+        run(capsys, "gait", "--set", "physics=as_published", "--set", "switch_angle=2.8625",
+            "--stall-torque", "692", "--json")
+    )  # fmt: skip
+    assert data["params"]["physics"] == "as_published"
+    assert data["control"] == [2.8625, 692.0]
+
+
+def test_json_has_no_numbers_that_json_does_not_know(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def refuse(name: str) -> Any:
+        raise AssertionError(name)
+
+    text = run(capsys, *RAMPS, "--json")
+    data = json.loads(text, parse_constant=refuse)
+    assert data["up"]["periods"][0] == 1
+
+
+def interrupting(after: int, work: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that Ctrl-C hits when it has been called a few times."""
+    calls = 0
+
+    def called(*arguments: Any, **_: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        if calls > after:
+            raise KeyboardInterrupt
+        return work(*arguments)
+
+    return called
+
+
+def test_an_interrupted_basin_goes_on_where_it_stopped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = "powered_walker_env.poincare.regions.basins"
+    monkeypatch.setattr(f"{module}.ROWS", 40)  # three pieces
+    out = ("--out", str(tmp_path / "basin"), "--no-plot", "--jobs", "1")
+    with monkeypatch.context() as patch:
+        patch.setattr(Progress, "__call__", interrupting(1, lambda *_: None))
+        assert main([*BASIN, *out]) == 130
+    error = capsys.readouterr().err
+    assert error == "powered-walker: interrupted; the same command goes on from here\n"
+    left = sorted((tmp_path / "basin.unfinished").glob("*.pickle"))
+    assert 1 <= len(left) < 3
+    told: list[tuple[int, int]] = []
+    with monkeypatch.context() as patch:
+        patch.setattr(Progress, "__call__", lambda _, done, total, __: told.append((done, total)))
+        run(capsys, *BASIN, *out)
+    assert told[0][0] == len(left) + 1
+    assert [path.name for path in tmp_path.iterdir()] == ["basin.npz"]
+    resumed = load_result(tmp_path / "basin.npz")
+    run(capsys, *BASIN, "--out", str(tmp_path / "whole"), "--no-plot")
+    whole = load_result(tmp_path / "whole.npz")
+    np.testing.assert_array_equal(resumed.attractor, whole.attractor)
+    np.testing.assert_array_equal(resumed.strides, whole.strides)
+
+
+def test_interruption_is_quiet_and_has_its_status(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "powered_walker_env.cli.studies.continue_gait", interrupting(0, lambda *_: None)
+    )
+    assert main(BRANCH) == 128 + signal.SIGINT
+    assert capsys.readouterr().err == "powered-walker: interrupted\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["gait", "--set", "wheels=2"], 2, "--set must be NAME=VALUE with NAME one of"),
+        (["gait", "--set", "slope"], 2, "--set must be NAME=VALUE"),
+        (["gait", "--set", "slope=steep"], 2, "--set slope must be a number, got 'steep'"),
+        (["gait", "--set", "slope=2"], 2, "slope must lie in"),
+        (["gait", "--set", "physics=magic"], 2, "physics must be 'conserving'"),
+        (["gait", "--out", "nowhere/gait"], 2, "folder 'nowhere' does not exist"),
+        (["branch", "--bounds", "800", "700"], 2, "--bounds must rise"),
+        (["branch", "--bounds", "800", "900"], 2, "bounds must hold the gait's stall_torque"),
+        (["branch", "--step", "0"], 2, "step must lie in"),
+        (["boundary", "--bounds", "2.9", "2.91", "729", "730"], 1, "no limit of stability"),
+        (["boundary", "--parameters", "slope", "slope"], 2, "parameters"),
+        (["basin", "--points", "0", "5"], 2, "shape must be two positive numbers"),
+        (["basin", "--axes", "stance_angle", "stance_angle"], 2, "axes must be two of"),
+        (["basin", "--strides", "0"], 2, "strides must be at least 1"),
+        (["basin", "--address", "here:1"], 2, "address must be left out for 'loky'"),
+        (["bifurcation", "--points", "1"], 2, "--points must be at least 2"),
+        (["bifurcation", "--keep", "1"], 2, "keep at least 2"),
+        (["branch", "--set", "stall_torque=1"], 1, "no gait of period 1 found"),
+    ],
+)
+def test_silly_arguments_get_one_line_and_a_status(
+    arguments: list[str],
+    status: int,
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == status
+    captured = capsys.readouterr()
+    assert not captured.out
+    assert captured.err.startswith("powered-walker: ")
+    assert captured.err.count("\n") == 1
+    assert re.search(message, captured.err)
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_are_not_overwritten_unless_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ("gait", "--no-plot", "--out", str(tmp_path / "gait"))
+    run(capsys, *out)
+    assert main(out) == 2
+    assert "exists already; choose another --out, or --overwrite" in capsys.readouterr().err
+    run(capsys, *out, "--overwrite")
+    (tmp_path / "figures").mkdir()
+    assert main(["reproduce", "--out", str(tmp_path / "figures")]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_without_matplotlib_plots_are_refused_with_the_remedy_and_results_are_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [
+        name for name in sys.modules if name.startswith("powered_walker_env.pictures.charts")
+    ]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr("powered_walker_env.pictures.charts", raising=False)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["gait", "--out", str(tmp_path / "gait")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "pip install 'powered-walker-env[render]'" in error
+    assert not list(tmp_path.iterdir())
+    run(capsys, "gait", "--out", str(tmp_path / "gait"), "--no-plot")
+    assert [path.name for path in tmp_path.iterdir()] == ["gait.npz"]
+
+
+def test_the_bar_fills_and_tells_the_time_left() -> None:
+    assert bar("basin", 0, 4, float("nan")) == f"basin [{'.' * 24}]   0 %"
+    assert bar("basin", 1, 4, 75.4) == f"basin [{'#' * 6}{'.' * 18}]  25 %  1:15 left"
+    assert bar("basin", 4, 4, 0.0) == f"basin [{'#' * 24}] 100 %  0:00 left"
+    assert clock(7384) == "2 h 03 min"
+
+
+def test_progress_is_for_terminals_and_cleans_up(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with Progress("basin") as progress:
+        progress(1, 2, 3.0)
+    error = capsys.readouterr().err
+    assert "basin [############............]  50 %  0:03 left" in error
+    assert error.endswith("\r\x1b[K")
+
+
+def test_every_preset_has_the_useful_defaults(capsys: pytest.CaptureFixture[str]) -> None:
+    for preset in PRESETS:
+        text = run(capsys, "branch", "--preset", preset, "--step", "0.1", "--no-doubled")
+        assert "stable from" in text

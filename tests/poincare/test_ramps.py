@@ -1,0 +1,99 @@
+"""Ramps of a parameter: the thesis's period doubling, falls, and starting again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from powered_walker_env import PRESETS, Control, Outcome, find_gait
+from powered_walker_env.poincare.branches.ramps import (
+    BifurcationDiagram,
+    Ramp,
+    bifurcation_diagram,
+    changed,
+)
+from tests.helpers.derivation import Array
+
+PUBLISHED = PRESETS["camp1997-as-published"]
+CONSERVING = PRESETS["camp1997"]
+
+
+@pytest.fixture(scope="module")
+def doubling() -> BifurcationDiagram:
+    params, control, state, _ = PUBLISHED
+    values = [720.0, 738.0, 749.5]
+    return bifurcation_diagram(
+        params, control, "stall_torque", values, state=state, keep=16, backend="threading"
+    )
+
+
+def test_the_published_walker_doubles_its_period_twice_as_torque_rises(
+    doubling: BifurcationDiagram,
+) -> None:
+    assert doubling.periods(doubling.up).tolist() == [1, 2, 4]
+    assert doubling.periods(doubling.down).tolist() == [1, 2, 4]
+    assert doubling.up.states.shape == (3, 16, 4)
+    assert (doubling.gap < 1e-6).all()  # no hysteresis here
+    assert not (doubling.up.restarted.any() or doubling.down.restarted.any())
+
+
+def test_a_ramp_ends_on_the_gaits_that_newton_finds(doubling: BifurcationDiagram) -> None:
+    for row, period in enumerate([1, 2, 4]):
+        walker = changed(PUBLISHED.params, PUBLISHED.control, "stall_torque", doubling.values[row])
+        last = doubling.up.states[row, -1]
+        gait = find_gait(*walker, last.tolist(), period=period)
+        assert gait.stable
+        np.testing.assert_allclose(last, gait.state, atol=1e-6)
+
+
+def test_after_a_fall_a_ramp_starts_again_from_the_gait() -> None:
+    params, control, state, _ = CONSERVING
+    found = bifurcation_diagram(
+        params, control, "stall_torque", [729.8, 760.0], state=state, transient=30, keep=8,
+        backend="threading",
+    )  # fmt: skip
+    assert found.periods(found.up)[0] == 1
+    assert found.up.outcome[1] != Outcome.WALKED and np.isnan(found.up.states[1]).all()
+    assert found.down.restarted.tolist() == [True, False]
+    assert found.down.walked.tolist() == [True, False]
+    assert np.isnan(found.gap[1])
+
+
+def test_a_motion_that_alternates_as_it_settles_has_no_period_yet() -> None:
+    k = np.arange(64)
+
+    def ramp(along: Array) -> Ramp:
+        states = np.outer(along, np.ones(4))[np.newaxis]
+        return Ramp(states, np.zeros(1, np.int64), np.zeros(1, np.bool_))
+
+    settling, settled = ramp(1e-5 * (-0.99) ** k), ramp(1e-5 * (-1.0) ** k)
+    still, wandering = ramp(np.zeros(64)), ramp(np.sin(k))
+    found = BifurcationDiagram(
+        CONSERVING.params, CONSERVING.control, "stall_torque", np.zeros(1), 0, 64, 1e-9,
+        settling, settled,
+    )  # fmt: skip
+    ramps = (settling, settled, still, wandering)
+    assert [found.periods(one).tolist() for one in ramps] == [[0], [2], [1], [0]]
+
+
+def test_any_number_of_the_walker_can_be_ramped() -> None:
+    params, control, state, _ = CONSERVING
+    found = bifurcation_diagram(
+        params, control, "slope", [0.0, 1e-5], state=state, transient=60, keep=4,
+        backend="threading",
+    )  # fmt: skip
+    assert found.up.walked.all() and found.down.walked.all()
+    assert np.ptp(found.up.states[:, -1, 0]) > 0
+
+
+def test_bad_ramps_are_refused() -> None:
+    params, control, state, _ = CONSERVING
+    with pytest.raises(ValueError, match="ascending numbers"):
+        bifurcation_diagram(params, control, "stall_torque", [2.0, 1.0], state=state)
+    with pytest.raises(ValueError, match=r"parameter must be one of .* got 'colour'"):
+        bifurcation_diagram(params, control, "colour", [1.0], state=state)
+    with pytest.raises(ValueError, match="'stall_torque' is no number of a constant control, got"):
+        changed(params, None, "stall_torque", 1.0)
+    with pytest.raises(ValueError, match="keep at least 2, got 200 and 1"):
+        bifurcation_diagram(params, control, "slope", [0.0], state=state, keep=1)
+    assert changed(params, Control(3.0, 1.0), "switch_angle", 2.5)[1] == Control(2.5, 1.0)

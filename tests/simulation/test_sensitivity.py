@@ -1,0 +1,240 @@
+"""The derivatives of a stride against differences of strides at the tightest tolerance."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from powered_walker_env import PRESETS, Control, WalkerParams
+from powered_walker_env.model.mechanics.constants import PACKED, pack
+from powered_walker_env.model.phases import Cycle, Outcome
+from powered_walker_env.model.powering import (
+    ANGLE,
+    MOTOR,
+    STRENGTH,
+    AnyControl,
+    HipTorque,
+    LateToeOff,
+    StoppedControl,
+    ToeOff,
+    ToeOffAtStrike,
+    scheme_of,
+)
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.simulation import record
+from powered_walker_env.simulation.derivatives import directions, run_derivatives
+from powered_walker_env.simulation.strides import run_batch
+from tests.helpers.derivation import Array
+from tests.helpers.published import PASSIVE_GAITS, TOE_OFF_GAITS
+from tests.helpers.samples import POWERED
+from tests.model.test_push_off import simplest
+from tests.model.test_stop import WALKS, Walk
+
+DIRECTIONS = 6 + PACKED - 1  # state 4, control 2, and the numbers of a packed walker
+EVERY = np.eye(DIRECTIONS, 6 + PACKED)
+NAMES = [*(f"state {i}" for i in range(4)), "angle", "strength"] + [
+    field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics"
+]
+LIMIT = NAMES.index("torque_limit")
+AT_THE_HIP = [
+    NAMES.index(name) for name in ("leg_length", "leg_inertia", "com_along", "com_across")
+]
+
+
+def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
+    """(OUTPUTS, DIRECTIONS) by the variational equations."""
+    parts = (point[np.newaxis, cut] for cut in (slice(4), slice(4, 6), slice(6, None)))
+    strides, derivatives = run_derivatives(cycle, *parts, rtol, EVERY)
+    assert strides.outcome[0] == Outcome.WALKED
+    return derivatives[0]
+
+
+def outputs(cycle: Cycle, points: Array) -> Array:
+    """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
+    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6)))
+    walkers = np.ascontiguousarray(points[:, 6:])
+    results = run_batch(cycle, *parts, walkers, np.zeros(1), 1e-13).results
+    wanted = (record.DURATION, record.STEP_LENGTH)
+    return np.column_stack([results[:, record.STATE], *(results[:, k] for k in wanted)])
+
+
+def difference(cycle: Cycle, point: Array, column: int, h: float) -> Array:
+    """Sixth-order central difference (Richardson's, twice) in one direction."""
+    offsets = np.array([-3, -2, -1, 1, 2, 3])
+    points = np.tile(point, (6, 1))
+    points[:, column] += offsets * h
+    return np.array([-1, 9, -45, 45, -9, 1]) @ outputs(cycle, points) / (60 * h)
+
+
+def agree(
+    params: WalkerParams, state: Array, control: AnyControl | None, within: float = 1e-8
+) -> Array:
+    """Every column to 1e-8 of its largest entry (of all entries, for state and control)."""
+    scheme = scheme_of(control)
+    point = np.concatenate([state, scheme.row(control), pack(params)])
+    exact = derivative(scheme.cycle, point)
+    # Controls that the scheme has not, and no limit at all, change nothing. A mass that leaves
+    # the hip is another walker: the limit of massless feet has no derivative by its place.
+    nothing = [4 + column for column in (ANGLE, STRENGTH) if column not in scheme.columns]
+    nothing += [LIMIT] if params.torque_limit == 0 else []
+    assert not exact[:, nothing].any()
+    skipped = nothing + (AT_THE_HIP if params.massless_foot else [])
+    for column in (k for k in range(DIRECTIONS) if k not in skipped):
+        size = abs(point[column]) or 1.0
+        tries = [
+            difference(scheme.cycle, point, column, size * 10**-e) for e in np.arange(2, 7, 0.5)
+        ]
+        largest = max(np.abs(exact[:, column]).max(), 1e-3)
+        gap = np.nanmin([np.abs(exact[:, column] - one).max() for one in tries])
+        assert gap < within * largest, (NAMES[column], gap / largest)
+    return exact
+
+
+@pytest.mark.parametrize("name", POWERED)
+def test_derivatives_of_a_powered_stride_are_exact_in_every_direction(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    agree(params, np.array(state), control)
+
+
+@pytest.mark.parametrize("gait", PASSIVE_GAITS, ids=str)
+def test_derivatives_of_a_passive_stride_are_exact_in_every_direction(gait) -> None:  # type: ignore[no-untyped-def]
+    agree(gait.params, np.array(gait.state), None)
+
+
+def test_derivatives_away_from_the_gait_and_with_nothing_zero_are_exact() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(slope=1e-3, com_across=1e-5, leg_inertia=1.0)
+    away = np.add(state, [0.005, -0.005, 0.02, 0.02])
+    agree(general, away, control)
+
+
+def test_where_the_motor_starts_with_the_stride_the_switch_angle_does_not_matter() -> None:
+    params, _, state, _ = PRESETS["camp1997"]
+    early = Control(3.45, 600.0)  # the hip is past it already, and closing
+    agree(params, np.array(state), early)
+    mapped = StrideMap(params, early).differentiate(state)
+    np.testing.assert_array_equal(mapped.by_control[:, 0], 0.0)
+    assert np.abs(mapped.by_control[:, 1]).max() > 0
+
+
+def test_a_map_over_two_strides_has_the_product_of_derivatives() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    start = np.array(state) + 1e-3
+    stride_map = StrideMap(params, control)
+    twice = stride_map.differentiate(start, period=2)
+    first = stride_map.differentiate(start)
+    second = stride_map.differentiate(first.state)
+    np.testing.assert_array_equal(twice.state, second.state)
+    np.testing.assert_allclose(twice.by_state, second.by_state @ first.by_state, rtol=1e-14)
+    chained = second.by_state @ first.by_control + second.by_control
+    np.testing.assert_allclose(twice.by_control, chained, rtol=1e-14)
+
+
+def test_the_stride_with_derivatives_is_the_stride_without_bit_for_bit() -> None:
+    params, control, state, _ = PRESETS["camp1997"]
+    point = np.concatenate([state, MOTOR.row(control), pack(params)])
+    plain = outputs(MOTOR.cycle, point[np.newaxis])[0, :4]
+    np.testing.assert_array_equal(StrideMap(params, control).differentiate(point[:4]).state, plain)
+
+
+def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
+    params, control, _, _ = PRESETS["round-foot"]
+    mapped = StrideMap(params, control).differentiate((-1.0, 0.2, 0.0, 0.0))
+    assert mapped.outcome == Outcome.FELL_BACKWARD
+    assert np.isnan(mapped.by_state).all()
+
+
+@pytest.mark.slow  # a timing: quiet machines only
+def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones() -> None:
+    params, control, state, _ = PRESETS["camp1997"]
+    count, rtol, changes = 200, 1e-9, directions()
+    starts = np.tile(np.array(state), (count, 1))
+    controls = np.tile(MOTOR.row(control), (count, 1))
+    arguments = (MOTOR.cycle, starts, controls, pack(params)[np.newaxis])
+
+    def seconds(run: Callable[[], object]) -> float:
+        begin = time.process_time()
+        run()
+        return time.process_time() - begin
+
+    def plain() -> None:
+        run_batch(*arguments, np.zeros(1), rtol)
+
+    def differentiated() -> None:
+        run_derivatives(*arguments, rtol, changes)
+
+    plain(), differentiated()
+    pairs = [(seconds(differentiated), seconds(plain)) for _ in range(15)]
+    assert min(pair[0] for pair in pairs) < 8 * min(pair[1] for pair in pairs)
+
+
+# Schemes: toe-off, hip torque, a motor with a stop, a hip spring, a limit of the torque.
+
+TOE_OFF = TOE_OFF_GAITS[0]
+
+
+@pytest.mark.parametrize("timing", [ToeOff, ToeOffAtStrike, LateToeOff])
+def test_derivatives_of_a_toe_off_are_exact_in_every_direction(timing: type[ToeOff]) -> None:
+    general = TOE_OFF.params.replace(slope=1e-3, com_across=1e-3, hip_stiffness=0.05)
+    exact = agree(general, np.array(TOE_OFF.state), timing(0.1))
+    assert np.abs(exact[2:4, 4 + STRENGTH]).min() > 1e-2  # the impulse changes both rates
+    assert not exact[[0, 1, 4, 5], 4 + STRENGTH].any()  # and comes too late for all else
+
+
+def test_derivatives_of_a_toe_off_from_round_feet_are_exact() -> None:
+    round_feet = TOE_OFF.params.replace(foot_radius=0.2, foot_length=0.05, locked_ankle_angle=2.5)
+    agree(round_feet, np.array(TOE_OFF.state), ToeOff(0.1))
+
+
+def test_derivatives_of_kuos_walker_with_massless_feet_are_exact() -> None:
+    state = np.array([-0.355460, 0.355460, 0.505619, 0.383139])
+    agree(simplest(hip_stiffness=2.5127), state, ToeOff(0.1877))
+
+
+@pytest.mark.parametrize("switch", [3.4, 2.9])
+def test_derivatives_of_a_hip_torque_are_exact_in_every_direction(switch: float) -> None:
+    general = TOE_OFF.params.replace(slope=0.01, com_across=1e-3, hip_stiffness=0.05)
+    exact = agree(general, np.array(TOE_OFF.state), HipTorque(switch, 0.02))
+    assert np.abs(exact[:, 4 + STRENGTH]).max() > 1e-2
+
+
+def test_a_stop_that_lets_go_at_once_has_the_derivatives_of_a_motor_without() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    assert isinstance(control, Control)
+    stopped = StoppedControl(control.switch_angle, control.stall_torque)
+    expected = StrideMap(params, control).differentiate(state).by
+    by = StrideMap(params, stopped).differentiate(state).by
+    np.testing.assert_allclose(by, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "walk",
+    WALKS,
+    ids=["lets-go", "comes-back", "too-weak"],
+)
+def test_derivatives_with_a_stop_are_exact_through_release_and_impact(walk: Walk) -> None:
+    name, switch, stall = walk
+    params, _, state, _ = PRESETS[name]
+    agree(params.replace(hip_stiffness=1.0), np.array(state), StoppedControl(switch, stall))
+
+
+def test_derivatives_of_a_motor_always_at_its_limit_are_exact() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(torque_limit=1200.0, hip_stiffness=2.0)
+    exact = agree(general, np.array(state), control)
+    assert np.abs(exact[:, LIMIT]).max() > 1e-5
+    assert not exact[:, 4 + STRENGTH].any()  # its line is never met
+
+
+def test_derivatives_of_a_motor_that_comes_off_its_limit_are_good_to_the_step_with_the_kink() -> (
+    None
+):
+    """∂f/∂y jumps inside one step; the step control makes it about √(1e-14) long."""
+    params, control, state, _ = PRESETS["round-foot"]
+    general = params.replace(torque_limit=2600.0, hip_stiffness=2.0)
+    exact = agree(general, np.array(state), control, within=1e-5)
+    assert (np.abs(exact[:, [LIMIT, 4 + STRENGTH]]).max(axis=0) > 1e-5).all()
