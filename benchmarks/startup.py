@@ -45,7 +45,7 @@ mark("second env.step")
 print(json.dumps(marks))
 """
 _STRIDE = f"""{_CLOCK}
-from powered_walker_env.simulation import strides as stride
+from powered_walker_env import stride
 from powered_walker_env import (PRESETS)
 mark("import powered_walker_env (with all it needs)")
 params, control, state, _ = PRESETS["camp1997"]

@@ -35,14 +35,12 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env import poincare
+from powered_walker_env import model, poincare, simulation
 from powered_walker_env.files import written_aside
-from powered_walker_env.model import powering as schemes
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
 DOCUMENT = "result"  # the entry that holds the JSON text
-_SOURCES = ("params", "phases", "presets", "stride", "trajectory")  # and all of these packages
 
 
 @dataclasses.dataclass(frozen=True)
@@ -159,15 +157,14 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 @functools.cache
 def _types() -> dict[str, Any]:
     """The classes that a file may name: those of the package's mechanics and studies."""
-    packages = {"poincare": poincare, "schemes": schemes}
-    studies = (
-        f"{name}.{found.name}"
-        for name, package in packages.items()
-        for found in pkgutil.iter_modules(package.__path__)
+    sources = (
+        found.name
+        for package in (model, simulation, poincare)
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     )
     known: dict[str, Any] = {"UnsavedPolicy": UnsavedPolicy}
-    for source in (*_SOURCES, *studies):
-        module = importlib.import_module(f"powered_walker_env.{source}")
+    for source in sources:
+        module = importlib.import_module(source)
         for name, found in inspect.getmembers(module, inspect.isclass):
             ours = found.__module__ == module.__name__
             if ours and (_is_record(found) or issubclass(found, enum.Enum)):

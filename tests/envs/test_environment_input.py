@@ -17,8 +17,8 @@ from powered_walker_env import (
     PoweredWalkerVectorEnv,
     WalkerParams,
     find_gait,
+    stride,
 )
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.episodes import ROUND_FOOT, assert_same, make, record
 from tests.helpers.samples import MOTORS
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from powered_walker_env import PRESETS, GaitNotFoundError, find_gait
+from powered_walker_env import PRESETS, GaitNotFoundError, find_gait, stride
 from powered_walker_env.cli import main
 from powered_walker_env.literature.values import (
     FAMILIES,
@@ -35,7 +35,6 @@ from powered_walker_env.literature.values import (
 from powered_walker_env.literature.values.checks import compare, printed_rows
 from powered_walker_env.literature.values.published import PRINTED, half_unit, load
 from powered_walker_env.poincare.branches.cascades import DELTA, doubling_cascade
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.derivation import Array
 
 MODULES = (wheel, passive, simplest, compass, mcgeer, toe_off, thesis)

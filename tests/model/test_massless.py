@@ -22,6 +22,7 @@ from powered_walker_env import (
     WalkerParams,
     continue_gait,
     find_gait,
+    stride,
 )
 from powered_walker_env.literature.values.published import load
 from powered_walker_env.model.mechanics.constants import PACKED, pack
@@ -30,7 +31,6 @@ from powered_walker_env.model.mechanics.swing import accelerations, energy
 from powered_walker_env.model.powering import PASSIVE_WALKER, scheme_of
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
 from powered_walker_env.poincare import SpecialKind
-from powered_walker_env.simulation import strides as stride
 from powered_walker_env.simulation.derivatives import run_derivatives
 from tests.helpers.derivation import Array
 from tests.helpers.samples import constants

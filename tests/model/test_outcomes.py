@@ -8,8 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, Outcome, WalkerParams, stride_batch
-from powered_walker_env.simulation import strides as stride
+from powered_walker_env import PRESETS, Control, Outcome, WalkerParams, stride, stride_batch
 from tests.helpers.samples import random_walkers
 
 THESIS, ROUND = PRESETS["camp1997"], PRESETS["round-foot"]

@@ -10,13 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, Outcome, PoweredWalkerEnv, WalkerParams, find_gait
+from powered_walker_env import (
+    PRESETS,
+    Control,
+    Outcome,
+    PoweredWalkerEnv,
+    WalkerParams,
+    find_gait,
+    stride,
+)
 from powered_walker_env.cli import main
 from powered_walker_env.literature.values.published import PASSIVE_GAITS, PassiveGait
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.presets import preset
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.samples import PASSIVE, POWERED
 
 

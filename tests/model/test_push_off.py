@@ -14,12 +14,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from powered_walker_env import WalkerParams, find_gait
+from powered_walker_env import WalkerParams, find_gait, stride
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.mechanics.push_off import push_off, work_after, work_before, work_with
 from powered_walker_env.model.mechanics.swing import kinetic_energy
 from powered_walker_env.model.powering import LateToeOff, ToeOff, ToeOffAtStrike
-from powered_walker_env.simulation import strides as stride
 from tests.helpers import derivation as d
 from tests.helpers.derivation import Array
 from tests.helpers.published import TOE_OFF_GAITS

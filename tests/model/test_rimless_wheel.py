@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from powered_walker_env import Outcome, PostStrikeState, WalkerParams, find_gait
+from powered_walker_env import Outcome, PostStrikeState, WalkerParams, find_gait, stride
 from powered_walker_env.literature.values.published import load
 from powered_walker_env.model.rimless_wheel import RimlessWheel, synthetic_wheel_steps
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.derivation import Array
 
 SLOPE = 0.009

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from powered_walker_env import PRESETS, Control, WalkerParams
+from powered_walker_env import PRESETS, Control, WalkerParams, stride
 from powered_walker_env.model.mechanics import actuation
 from powered_walker_env.model.phases import Outcome, Torque
 from powered_walker_env.model.powering import ToeOff
-from powered_walker_env.simulation import strides as stride
 from powered_walker_env.simulation.trajectory import log_stride
 from tests.helpers.samples import POWERED, constants, random_walkers, sprung
 from tests.helpers.second_integrator import motor, stride_otherwise

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from powered_walker_env import PRESETS, Control, WalkerParams, find_gait
+from powered_walker_env import PRESETS, Control, WalkerParams, find_gait, stride
 from powered_walker_env.cli import main
 from powered_walker_env.literature.values.toe_off import NORMAL, SLOW, kuos_gait
 from powered_walker_env.model.powering import ToeOff
@@ -28,7 +28,6 @@ from powered_walker_env.poincare.energy.energetics import (
 )
 from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost, leg, strike_rate
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.simulation import strides as stride
 from tests.model.test_push_off import simplest
 
 STEP = 0.1  # of arclength: fewer gaits than the command's

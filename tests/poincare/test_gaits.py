@@ -12,8 +12,8 @@ from powered_walker_env import (
     PostStrikeState,
     WalkerParams,
     find_gait,
+    stride,
 )
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.published import (
     LIMIT_CYCLES,
     PASSIVE_GAITS,

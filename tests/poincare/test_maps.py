@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Outcome
+from powered_walker_env import PRESETS, Outcome, stride
 from powered_walker_env.poincare import PARAMETERS, StrideMap, find_gait
 from powered_walker_env.poincare.maps import policy_derivative
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.derivation import Array
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Outcome, find_gait, walk
+from powered_walker_env import PRESETS, Outcome, find_gait, stride, walk
 from powered_walker_env.poincare.energy.contact import contact_of
 from powered_walker_env.results import (
     UnsavedPolicy,
@@ -21,7 +21,6 @@ from powered_walker_env.results import (
     save_result,
     versions,
 )
-from powered_walker_env.simulation import strides as stride
 
 THESIS = PRESETS["camp1997"]
 

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Control, GaitNotFoundError, find_gait
+from powered_walker_env import PRESETS, Control, GaitNotFoundError, find_gait, stride
 from powered_walker_env.poincare.branches.continuation import continue_gait
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.derivation import Array
 from tests.helpers.published import PASSIVE_GAITS, load
 

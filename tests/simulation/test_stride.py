@@ -13,9 +13,9 @@ from powered_walker_env import (
     Outcome,
     PostStrikeState,
     WalkerParams,
+    stride,
     stride_batch,
 )
-from powered_walker_env.simulation import strides as stride
 from powered_walker_env.simulation.strides import StrideBatch
 from tests.helpers.derivation import Array
 from tests.helpers.published import LIMIT_CYCLES, PASSIVE_GAITS, LimitCycle, PassiveGait

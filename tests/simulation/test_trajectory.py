@@ -15,9 +15,9 @@ from powered_walker_env import (
     PostStrikeState,
     Trajectory,
     WalkerParams,
+    stride,
     walk,
 )
-from powered_walker_env.simulation import strides as stride
 from tests.helpers.derivation import HIP, SWING_CENTRE, Array, energies, kinematics
 from tests.helpers.published import PASSIVE_GAITS
 from tests.helpers.samples import MOTORS
