@@ -19,7 +19,7 @@ from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.powering import CONTROL_NUMBERS
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.derivatives import NUMBERS, directions, run_derivatives
+from powered_walker_env.simulation.derivatives import WALKER_NUMBERS, directions, run_derivatives
 from powered_walker_env.simulation.strides import Array, check_batch, check_rtol, run_batch
 
 _FLAT = np.zeros(1)  # m, step of the ground: the kernel differentiates strides on flat ground
@@ -164,9 +164,9 @@ def _walkers(
 ) -> list[WalkerParams]:
     """The walkers that the parameters make of `params`: one, or N."""
     for name, value in values.items():
-        if name not in NUMBERS:
+        if name not in WALKER_NUMBERS:
             others = "; pass it in controls" if name in CONTROL_NUMBERS else ""
-            raise ValueError(f"parameters are of {', '.join(NUMBERS)}, got {name!r}{others}")
+            raise ValueError(f"parameters are of {', '.join(WALKER_NUMBERS)}, got {name!r}{others}")
         if tuple(value.shape) not in ((), (count,)):
             raise ValueError(
                 f"parameter {name} must have shape () or ({count},), got {tuple(value.shape)}"

@@ -1,97 +1,68 @@
-"""The `kernel` decorator: numba, cached on disk, never stale.
+"""Decorators of compiled functions: `formula`, `internal`, `rare`, and the kernels that Python calls.
 
-Numba looks only at a function's own file to decide whether its cached machine code is
-current, so an edit of a formula in one file would leave its callers in others with the
-old one. Here the cache lives in a folder named after a hash of the sources that are compiled. Set
-NUMBA_CACHE_DIR to choose a folder yourself.
-
-The stride kernel takes long to compile: when the cache does not have it, a line on stderr
-says what the first call waits for.
+A `formula` of the mechanics is plain Python to whoever calls it from Python, and machine code
+inside a kernel. Only kernels are kept on disk (`cache.py`); what they call is compiled into them.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
-import hashlib
-import os
-import shutil
 import sys
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import event
+from numba.core.registry import CPUDispatcher
 
-_PACKAGE = Path(__file__).parent.parent
-# Compiled in, though not all of it is a kernel.
-_COMPILED_IN = (_PACKAGE / "model/phases.py", *sorted((_PACKAGE / "compiled/lanes").glob("*.py")))
+from powered_walker_env.compiled.cache import kept_on_disk
 
-
-def _sources_hash() -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        source = path.read_bytes()
-        if path in _COMPILED_IN or b"powered_walker_env.compiled.decorators" in source:
-            digest.update(source)
-    return digest.hexdigest()[:16]
+# numpy's error model: a division by zero gives inf, not an exception.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+_INSIDE = {**_OPTIONS, "no_cpython_wrapper": True}  # without a door to Python it takes less time
 
 
-@functools.cache
-def _cache_folder() -> str:
-    """The folder for this version of the sources, or "" for numba's own choice."""
-    if numba.config.CACHE_DIR:
-        return ""
-    parent = _PACKAGE / "__pycache__"
-    folder = parent / f"kernels-{_sources_hash()}"
-    try:
-        if not folder.is_dir():
-            for old in parent.glob("kernels-*"):
-                shutil.rmtree(old, ignore_errors=True)
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return ""  # read-only installation: nobody edits it
-    return str(folder) if os.access(folder, os.W_OK) else ""
+class _Formula(CPUDispatcher):  # type: ignore[misc]
+    """Compiled where kernels call it; where Python does, the Python function."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
 
 
-def _compile(function: Callable[..., Any], **options: Any) -> Any:
-    """`numba.njit` with the cache in our folder; numba picks the folder as it decorates."""
-    chosen = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = chosen or _cache_folder()
-    try:
-        # numpy's error model: a division by zero gives inf, not an exception.
-        return numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(
-            function
-        )
-    finally:
-        numba.config.CACHE_DIR = chosen
+def formula(function: Callable[..., Any]) -> Any:
+    """A formula of the mechanics: of floats in Python, of eight walkers in a kernel."""
+    return _Formula(function, targetoptions={**_INSIDE, "nopython": True, "forceinline": True})
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function of the inner loop that Python calls, too."""
-    return _compile(function, forceinline=True)
+def small(function: Callable[..., Any]) -> Any:
+    """A `formula` of a line or two: it becomes part of its callers before they are compiled."""
+    return _Formula(function, targetoptions={**_INSIDE, "nopython": True, "inline": "always"})
 
 
 def internal(function: Callable[..., Any]) -> Any:
-    """Compile a function that only kernels call; without a door to Python it takes less time."""
-    return _compile(function, forceinline=True, no_cpython_wrapper=True)
+    """A function that only kernels call, copied into its callers."""
+    return numba.njit(forceinline=True, **_INSIDE)(function)
+
+
+def once(function: Callable[..., Any]) -> Any:
+    """An `internal` function with a single caller: it becomes part of it before it is compiled."""
+    return numba.njit(inline="always", **_INSIDE)(function)
 
 
 def rare(function: Callable[..., Any]) -> Any:
-    """Compile an `internal` function that is seldom called: not copied into its callers."""
-    return _compile(function, no_cpython_wrapper=True)
+    """An `internal` function that is seldom called: not copied into its callers."""
+    return numba.njit(**_INSIDE)(function)
 
 
-def threaded_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that runs without the interpreter's lock."""
-    return _compile(function, nogil=True)
+def kernel(function: Callable[..., Any]) -> Any:
+    """A function that Python calls, kept on disk; it runs without the interpreter's lock."""
+    return kept_on_disk(numba.njit(nogil=True, **_OPTIONS)(function))
 
 
 def slow_kernel(function: Callable[..., Any]) -> Any:
-    """A `threaded_kernel` that takes long to compile: it says so."""
-    compiled = threaded_kernel(function)
+    """A `kernel` that takes long to compile: it says so."""
+    compiled = kernel(function)
     _announcer.watch(compiled)
     return compiled
 
@@ -102,7 +73,7 @@ class _Announcer(event.Listener):  # type: ignore[misc]
     Numba tells its listeners what it compiles, and does not tell what it loads from the cache.
     """
 
-    LINE = "powered_walker_env: compiling the stride kernel for this machine, once (about 15 s)"
+    LINE = "powered_walker_env: compiling the stride kernel for this machine, once (10 to 30 s)"
 
     def __init__(self) -> None:
         self._watched: list[Any] = []

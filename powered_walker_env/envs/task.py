@@ -12,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compiled.decorators import kernel, threaded_kernel
+from powered_walker_env.compiled.decorators import kernel
+
+threaded_kernel = kernel
 from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE, Disturbance
 from powered_walker_env.envs.noise import Words, draw_normals
 from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS

@@ -1,11 +1,11 @@
-"""A walker's stride as a list of phases: read this first, then `schemes/motor.py`.
+"""A walker's stride as a list of phases: read this first, then `powering/motor.py`.
 
 A stride runs from just after one heel strike to just after the next (Camp 1997,
 section 3). It is a list of phases; each says which joints are free, which torque
 acts, and how it can end: a guard (an event), the reset applied there, and what
 follows (another phase by name, or the outcome of the stride). A different walker is
-another list (`schemes/` has one in each module), not another simulator: the compiled
-kernel (`kernel.py`) takes the encoded list as an argument.
+another list (`powering/` has one in each module), not another simulator: the compiled
+kernel (`simulation/kernel.py`) takes the encoded list as an argument.
 
 "Stride" means one step of one leg, as in McGeer and Camp; in biomechanics a stride
 is two steps.
@@ -37,13 +37,17 @@ class Torque(IntEnum):
 
 
 class Guard(IntEnum):
-    """The event that ends a phase (`physics/ground.py`); falls are watched in every phase."""
+    """The event that ends a phase (`mechanics/guards.py`); falls are watched in every phase."""
 
     NEVER = 0
     SWITCH_ANGLE = 1  # the hip angle falls to the control's
     LANDING = 2  # the swing foot meets the ground ahead
     STOP = 3  # the ankle flexes back to its stop
     RELEASE = 4  # the stop has nothing to hold any more
+    STANCE_LEG_DOWN = 5  # a fall, as those that follow
+    SWING_LEG_DOWN = 6
+    HIP_DOWN = 7
+    FOOT_TURNED = 8
 
 
 class Reset(IntEnum):
@@ -71,6 +75,7 @@ class Outcome(IntEnum):
     NO_LANDING = 8
     NOT_FINITE = 9
     STEP_LIMIT = 10
+    ALREADY_LANDED = 11
 
     @property
     def description(self) -> str:
@@ -101,6 +106,8 @@ _DESCRIPTIONS = {
     Outcome.NOT_FINITE: "The state stopped being finite; look at the start and the parameters.",
     Outcome.STEP_LIMIT: "The integrator used up its steps: the motion is too fast for its "
     "tolerance; loosen rtol or look at the parameters.",
+    Outcome.ALREADY_LANDED: "The stride began with the swing foot on the ground ahead; start with "
+    "the swing foot behind, or above the ground.",
 }
 
 

@@ -8,20 +8,20 @@ much as six without.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.phases import Cycle, encode
 from powered_walker_env.model.powering import CONTROL_NUMBERS
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
-from powered_walker_env.simulation.sensitivity import OUTPUTS
+from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
 from powered_walker_env.simulation.strides import (
-    NO_LOG,
+    NO_ROWS,
     Array,
     StrideBatch,
     check_batch,
@@ -30,14 +30,13 @@ from powered_walker_env.simulation.strides import (
 )
 from powered_walker_env.simulation.threads import run_in_slices
 
-NUMBERS = tuple(field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics")
 #: What a stride can be differentiated by besides its state: numbers of controls, of walkers.
-PARAMETERS = (*CONTROL_NUMBERS, *NUMBERS)
-# Of the kernel's directions; the last of a packed walker is its physics, which is no number.
+WALKER_NUMBERS = NUMBERS[:-1]  # the last is the physics, which is no number
+PARAMETERS = (*CONTROL_NUMBERS, *WALKER_NUMBERS)
 _STATE, _CONTROL = 4, 2
-_ALL = _STATE + _CONTROL + len(NUMBERS) + 1
+_ALL = _STATE + _CONTROL + OWN
 _COLUMNS = {name: _STATE + column for name, column in CONTROL_NUMBERS.items()} | {
-    name: _STATE + _CONTROL + column for column, name in enumerate(NUMBERS)
+    name: _STATE + _CONTROL + column for column, name in enumerate(WALKER_NUMBERS)
 }
 _FLAT = np.zeros(1)
 
@@ -109,14 +108,18 @@ def run_derivatives(
 
     Args:
         rows: packed walkers, N or one for all.
-        changes: (n, 6 + PACKED) the directions: of state (4), control (2) and packed walker.
+        changes: (n, 6 + OWN) the directions: of state (4), control (2) and the walker's own numbers.
     """
     results = np.empty((len(states), record.RESULTS))
     derivatives = np.empty((len(states), len(changes), OUTPUTS))
     code = encode(cycle)
+    along = np.ascontiguousarray(changes[:, :CHANGES])
+    own = rows[:, :OWN]
+    walkers = np.stack([row_tangents(own, change) for change in changes[:, CHANGES:]], axis=1)
 
     def work(part: slice) -> None:
         kernel.run_strides(
+            kernel.workspace_for(len(along)),
             code,
             states[part],
             controls[part],
@@ -125,8 +128,9 @@ def run_derivatives(
             rtol,
             results[part],
             0.0,
-            NO_LOG,
-            changes,
+            NO_ROWS,
+            along,
+            (walkers if len(rows) == 1 else walkers[part]).reshape(-1, ROW),
             derivatives[part].reshape(-1, OUTPUTS),
         )
 
@@ -135,7 +139,7 @@ def run_derivatives(
 
 
 def directions(by: Sequence[str] = ()) -> Array:
-    """(6 + k, 6 + PACKED) the kernel's directions: state, control, then the parameters named.
+    """(6 + k, 6 + OWN) the kernel's directions: state, control, then the parameters named.
 
     Raises:
         ValueError: an unknown parameter.

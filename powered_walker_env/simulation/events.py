@@ -1,6 +1,6 @@
 """Events: has a guard fallen through zero inside a step, and exactly where?
 
-A guard (`physics/ground.py`) is looked at through its values and rates at both ends of
+A guard (`mechanics/guards.py`) is looked at through its values and rates at both ends of
 the step. Where those allow a fall through zero, also one that is over again before the
 step ends, its place is guessed; the step is then taken again so that it ends on the
 event, Newton's way, each try being a full step of the method, until what is left is
@@ -9,69 +9,101 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import internal, rare
-from powered_walker_env.compiled.lanes import LANES, bits, load, store, where
-from powered_walker_env.model.mechanics.actuation import flow, holding_torque
-from powered_walker_env.model.mechanics.constants import lanes_of
-from powered_walker_env.model.mechanics.ground import (
-    comes_down,
-    landing,
-    legs_have_passed,
-    switch,
-    upright,
-)
-from powered_walker_env.model.mechanics.stop import stop
-from powered_walker_env.model.mechanics.tangents import holding_torque_rate
-from powered_walker_env.model.phases import Guard
-from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import FALL, GUARDS, blend
-from powered_walker_env.simulation.runge_kutta import acting
+import numpy as np
 
-SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
-STOP, RELEASE = int(Guard.STOP), int(Guard.RELEASE)
+from powered_walker_env.compiled.decorators import internal, once, rare, small
+from powered_walker_env.compiled.lanes import (
+    LANES,
+    bits,
+    blend,
+    dual_state,
+    load,
+    load_state,
+    store,
+    where,
+)
+from powered_walker_env.model.mechanics.actuation import flow
+from powered_walker_env.model.mechanics.ground import apart, lands, last_factor
+from powered_walker_env.model.mechanics.guards import (
+    FIRST_FALL,
+    LANDING,
+    RELEASE,
+    nearest_fall,
+    value_of,
+)
+from powered_walker_env.model.mechanics.guards import SWITCH_ANGLE as SWITCH
+from powered_walker_env.model.phases import Outcome
+from powered_walker_env.simulation.interpolant import interpolate, look_inside
+from powered_walker_env.simulation.lockstep import GUARDS, acting, moving_aims, moving_drive, posed
+from powered_walker_env.simulation.runge_kutta import (
+    chain_duals,
+    chain_lanes,
+    constants_duals,
+    constants_lanes,
+)
+
 BISECTIONS = 60  # enough to close any bracket in double precision
 NEWTON_STEPS = 4  # on a cubic, from inside its bracket
 TRIES = 8  # steps towards one event
 NOWHERE = 2.0  # a fraction of the step past its end
+ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
+
+
+@small
+def still(w):
+    """The walkers' constants, which do not change along a stride, as those of moving poses."""
+    return constants_duals(constants_lanes(w.constants), w.zeros)
+
+
+@small
+def moving_pose(w, y, moved):
+    """The pose at y, its tangents the rates of change."""
+    return posed(dual_state(y, moved), load(w.free, 0) > 0.0, still(w))
+
+
+@internal
+def guard_along(s, w, guard, pose):
+    """A guard's value at a moving pose, its tangent the rate of change."""
+    both = (
+        chain_duals(chain_lanes(w.locked_chain), w.zeros),
+        chain_duals(chain_lanes(w.free_chain), w.zeros),
+    )
+    locked, zero = load(w.free, 0) == 0.0, load(w.zeros, 0)
+    drive, aimed = moving_drive(s, zero), moving_aims(s, zero)
+    return value_of(guard, locked, pose, drive, aimed, both, still(w))
+
+
+@internal
+def watch(s, w, first, beyond, pose, mask, values, rates):
+    """Write values and rates of the watched guards from `first` to before `beyond`, at a moving
+    pose, where the mask holds."""
+    for guard in range(first, beyond):
+        if bits(load(s.active, guard) > 0.0):
+            found = guard_along(s, w, guard, pose)
+            blend(values, guard, mask, found.value)
+            blend(rates, guard, mask, found.tangent)
 
 
 @rare
-def _release(locked, y, drive, c):
-    """Whether the stop still holds the ankle: the torque it has to give, and its rate."""
-    slope = flow(locked, y, drive, c)
-    return holding_torque(y, slope, drive, c), holding_torque_rate(y, slope, drive, c)
+def watch_falls(s, w, pose, every):
+    """Write values and rates of the guards against falls at both ends of the steps.
+
+    They are seldom wanted: see `nearest_fall`.
+
+    Args:
+        pose: moving, at the ends; every: a mask that holds.
+    """
+    before = moving_pose(w, load_state(w.y, 0), load_state(w.flows, 0))
+    watch(s, w, FIRST_FALL, GUARDS, before, every, s.value, s.rate)
+    watch(s, w, FIRST_FALL, GUARDS, pose, every, s.value_new, s.rate_new)
 
 
 @internal
-def guard_at(guard, locked, y, drive, switch_angle, step_height, c):
-    """Value and rate of one guard, of eight walkers."""
-    if guard == SWITCH_ANGLE:
-        return switch(y, switch_angle)
-    if guard == LANDING:
-        return landing(locked, y, step_height, c)
-    if guard == STOP:
-        return stop(y, c)
-    if guard == RELEASE:
-        return _release(locked, y, drive, c)
-    return upright(locked, y, c)
-
-
-@internal
-def watch(s, locked, y, drive, c, mask, values, rates):
-    """Write all guards' values and rates at y where the mask holds."""
-    for guard in (SWITCH_ANGLE, LANDING, FALL):
-        _watch(s, guard, locked, y, drive, c, mask, values, rates)
-    for guard in (STOP, RELEASE):
-        if bits(load(s.active, guard) > 0.0):
-            _watch(s, guard, locked, y, drive, c, mask, values, rates)
-
-
-@internal
-def _watch(s, guard, locked, y, drive, c, mask, values, rates):
-    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
-    value, rate = guard_at(guard, locked, y, drive, switch_angle, height, c)
-    blend(values, guard, mask, value)
-    blend(rates, guard, mask, rate)
+def landing_lanes(w, batch, pose):
+    """Lanes, as bits, in which a touch of the floor at a moving pose is a landing."""
+    c = still(w)
+    rate = last_factor(pose, c).tangent
+    return bits(lands(load(w.free, 0) == 0.0, pose, rate, batch.together, c))
 
 
 @internal
@@ -88,56 +120,71 @@ def may_fall_through(value, rate, value_end, rate_end, h):
     return down | dip | hump
 
 
-@internal
-def suspicions(s, h, y, y_new):
-    """For each guard, NEVER left out, the lanes (bits) in which it may have fallen through zero.
+@once
+def suspicions(s, w, pose, pose_new, good):
+    """Lanes (bits) in which some guard may have fallen through zero; which, in s.suspected.
 
     Args:
-        h: s, lengths of the steps; y, y_new: their ends.
+        pose, pose_new: the ends of the steps, the last one moving; good: lanes (bits) whose
+            steps are accurate.
     """
-    ahead = (legs_have_passed(y) | legs_have_passed(y_new)) & (load(s.scuffed, 0) == 0.0)
-    stopped, released = 0, 0
-    if bits(load(s.active, STOP) + load(s.active, RELEASE) > 0.0):
-        stopped = bits(_suspicion(s, STOP, h))
-        released = bits(_suspicion(s, RELEASE, h))
-    return (
-        bits(_suspicion(s, SWITCH_ANGLE, h)),
-        bits(_suspicion(s, LANDING, h) & ahead),
-        stopped,
-        released,
-        bits(_suspicion(s, FALL, h)),
-    )
+    h, target = load(w.length, 0), load(s.target, 0)
+    watch(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
+    found, beyond = 0, FIRST_FALL
+    near = nearest_fall(load(w.free, 0) == 0.0, pose_new, h, still(w))
+    if ~bits(near > 0.0) & good:
+        watch_falls(s, w, pose_new, h == h)
+        beyond = GUARDS
+    ahead = (apart(pose) > 0.0) | (apart(pose_new) > 0.0)
+    ahead = bits(ahead & (load(s.scuffed, 0) == 0.0))
+    for guard in range(1, GUARDS):
+        active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
+        suspected = np.int64(0)
+        if active and guard < beyond:
+            doubt = may_fall_through(
+                load(s.value, guard), load(s.rate, guard),
+                load(s.value_new, guard), load(s.rate_new, guard), h,
+            )  # fmt: skip
+            suspected = bits(doubt) & active
+            if guard == LANDING:
+                suspected &= ahead
+        s.suspected[guard, 0] = suspected
+        found |= suspected
+    return found
 
 
-@internal
-def _suspicion(s, guard, h):
-    value, value_end = load(s.value, guard), load(s.value_new, guard)
-    doubt = may_fall_through(value, load(s.rate, guard), value_end, load(s.rate_new, guard), h)
-    watched = (load(s.active, guard) > 0.0) & (load(s.busy, 0) > 0.0)
-    return watched & doubt & ~(load(s.target, 0) == guard)
-
-
-@internal
-def over_at_once(s):
+@once
+def over_at_once(s, batch, landed):
     """Lanes, as bits, whose phase is over as it begins; notes why in s.ending.
 
     A hip already past the switch and closing starts the motor at once, a stop with
     nothing to hold lets go at once, and a walker that is already down has fallen. A
-    landing must be a fall through the floor, and a stop be met.
+    landing must be a fall through the floor, and a stop be met: a swing foot that is on the
+    ground ahead before the stride begins is no landing.
+
+    Args:
+        landed: lanes (bits) where touching the floor is a landing, but for its direction.
     """
-    switching = (load(s.active, SWITCH_ANGLE) > 0.0) & (load(s.rate, SWITCH_ANGLE) < 0.0)
-    switched = bits(switching & (load(s.value, SWITCH_ANGLE) <= 0.0))
+    switching = (load(s.active, SWITCH) > 0.0) & (load(s.rate, SWITCH) < 0.0)
+    switched = bits(switching & (load(s.value, SWITCH) <= 0.0))
     loose = bits((load(s.active, RELEASE) > 0.0) & (load(s.value, RELEASE) <= 0.0))
-    down = bits(load(s.value, FALL) <= 0.0)
+    first = (load(s.phases, 0) == 1.0) & (load(s.active, LANDING) > 0.0)
+    touching = bits(first & (abs(load(s.value, LANDING)) <= batch.rtol)) & landed
+    over = switched | loose | touching
+    for guard in range(FIRST_FALL, GUARDS):
+        over |= bits((load(s.active, guard) > 0.0) & (load(s.value, guard) <= 0.0))
     for lane in range(LANES):
-        if (switched | loose | down) >> lane & 1:
-            s.ending[0, lane] = RELEASE if loose >> lane & 1 else SWITCH_ANGLE
-            if down >> lane & 1:
-                s.ending[0, lane] = FALL
-    return switched | loose | down
+        if over >> lane & 1:
+            s.ending[0, lane] = SWITCH if switched >> lane & 1 else RELEASE
+            if touching >> lane & 1:
+                s.ending[0, lane] = -1 - ALREADY_LANDED
+            for guard in range(GUARDS - 1, FIRST_FALL - 1, -1):
+                if s.active[guard, lane] > 0.0 and s.value[guard, lane] <= 0.0:
+                    s.ending[0, lane] = guard
+    return over
 
 
-@internal
+@once
 def cubic_fall(value, slope, value_end, slope_end):
     """Where in (0, 1) the cubic with these ends (slopes per step) falls through zero."""
     low, high = 0.0, 1.0
@@ -158,67 +205,61 @@ def cubic_fall(value, slope, value_end, slope_end):
 
 
 @internal
-def _guard_inside(s, w, lane, guard, fraction):
-    """Value and rate of one lane's guard at a fraction of the step; is touching the floor
-    there a landing?"""
-    c, locked = lanes_of(w.constants), load(w.locked, 0) > 0.0
+def _guard_inside(s, w, batch, lane, guard, fraction):
+    """Is one lane's guard up, and rising, at a fraction of the step; would it land there?"""
     y = look_inside(w, fraction + 0.0 * load(w.length, 0))
-    switch_angle, height = load(s.switch_angle, 0), load(s.height, 0)
-    value, rate = guard_at(guard, locked, y, acting(w), switch_angle, height, c)
-    lands = bits(comes_down(locked, y, c)) >> lane & 1
-    return bits(value > 0.0) >> lane & 1, bits(rate > 0.0) >> lane & 1, lands
+    none = 0.0 * y[0]
+    moved = y[3], y[4], y[5], none, none, none
+    if guard == RELEASE:  # the only one that looks at accelerations
+        moved = flow(y, acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
+    pose = moving_pose(w, y, moved)
+    found = guard_along(s, w, guard, pose)
+    up, rising = bits(found.value > 0.0) >> lane & 1, bits(found.tangent > 0.0) >> lane & 1
+    return up, rising, landing_lanes(w, batch, pose) >> lane & 1
 
 
 @rare
-def hidden_fall(s, w, lane, guard):
+def hidden_fall(s, w, batch, lane, guard):
     """Fraction at which a guard falls whose ends only hint at it; NOWHERE if it does not.
 
     Bisection on the interpolant: for the turn first, then for the fall.
     """
-    interpolate(w)
-    rising = 1 if s.rate[guard, lane] > 0.0 else 0
-    low, high = 0.0, 1.0
-    for _ in range(BISECTIONS):
+    interpolate(w, acting(s))
+    first_rising = 1 if s.rate[guard, lane] > 0.0 else 0
+    low, high, positive, lands_there = 0.0, 1.0, 0, 0
+    for turn in range(2 * BISECTIONS):
+        if turn == BISECTIONS:
+            positive, _, _ = _guard_inside(s, w, batch, lane, guard, high)
+            if (positive == 1) == (s.value[guard, lane] > 0.0):
+                return NOWHERE
+            low, high = (0.0, high) if positive == 0 else (high, 1.0)
         middle = 0.5 * (low + high)
-        _, up, _ = _guard_inside(s, w, lane, guard, middle)
-        if up == rising:
-            low = middle
-        else:
-            high = middle
-    positive, _, _ = _guard_inside(s, w, lane, guard, high)
-    if (positive == 1) == (s.value[guard, lane] > 0.0):
-        return NOWHERE
-    low, high = (0.0, high) if positive == 0 else (high, 1.0)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        positive, _, _ = _guard_inside(s, w, lane, guard, middle)
-        if positive == 1:
-            low = middle
-        else:
-            high = middle
-    _, _, lands = _guard_inside(s, w, lane, guard, high)
-    return NOWHERE if guard == LANDING and lands == 0 else high  # scuffing is allowed
+        up, rising, _ = _guard_inside(s, w, batch, lane, guard, middle)
+        before = rising == first_rising if turn < BISECTIONS else up == 1
+        low, high = (middle, high) if before else (low, middle)
+    _, _, lands_there = _guard_inside(s, w, batch, lane, guard, high)
+    return NOWHERE if guard == LANDING and lands_there == 0 else high  # scuffing is allowed
 
 
-@internal
-def first_fall(s, w, lane, suspected):
-    """The first of the suspected guards (bits) to fall: guard and fraction of the step."""
+@once
+def first_fall(s, w, batch, lane):
+    """The first of the suspected guards to fall: guard and fraction of the step."""
     first, earliest, h = 0, NOWHERE, w.length[0, lane]
     for guard in range(1, GUARDS):
-        if not suspected >> guard & 1:
+        if not int(s.suspected[guard, 0]) >> lane & 1:
             continue
         value, value_end = s.value[guard, lane], s.value_new[guard, lane]
         if value > 0.0 and value_end <= 0.0:
             slope, slope_end = s.rate[guard, lane] * h, s.rate_new[guard, lane] * h
             fraction = cubic_fall(value, slope, value_end, slope_end)
         else:
-            fraction = hidden_fall(s, w, lane, guard)
+            fraction = hidden_fall(s, w, batch, lane, guard)
         if fraction < earliest:
             first, earliest = guard, fraction
     return first, earliest
 
 
-@internal
+@once
 def aim(s, w, lane, guard, fraction):
     """Step onto the event from now on."""
     if s.target[0, lane] == 0.0:
@@ -228,7 +269,7 @@ def aim(s, w, lane, guard, fraction):
     w.length[0, lane] *= fraction
 
 
-@internal
+@once
 def arrive(s, w, lane, landed, linear):
     """The step towards an event has been made: is it there?
 
@@ -239,7 +280,7 @@ def arrive(s, w, lane, landed, linear):
     Returns:
         Whether it is; if not, the next try is prepared.
     """
-    guard = int(s.target[0, lane])
+    guard, length = int(s.target[0, lane]), w.length[0, lane]
     value, rate = s.value_new[guard, lane], s.rate_new[guard, lane]
     change = -value / rate if rate != 0.0 else 0.0
     s.tries[0, lane] += 1
@@ -249,20 +290,14 @@ def arrive(s, w, lane, landed, linear):
             s.scuffed[0, lane], s.target[0, lane] = 1.0, 0.0  # take the whole step after all
             s.h[0, lane] = s.whole[0, lane]
             return False
-        s.correction[0, lane] = change if near else 0.0
+        s.correction[0, lane] = max(change, -length) if near else 0.0  # time runs forward
         s.ending[0, lane] = guard
         return True
-    w.length[0, lane] = min(s.whole[0, lane], max(0.0, w.length[0, lane] + change))
+    w.length[0, lane] = min(s.whole[0, lane], max(0.0, length + change))
     return False
 
 
-@internal
-def landing_lanes(w, y, c):
-    """Lanes, as bits, in which a touch of the floor at y is a landing."""
-    return bits(comes_down(load(w.locked, 0) > 0.0, y, c))
-
-
-@internal
+@once
 def planned(s, w, longest, latest):
     """Set the lengths of the steps: towards an event as aimed, else as the control proposes.
 

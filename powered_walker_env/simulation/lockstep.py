@@ -2,25 +2,38 @@
 
 The kernel takes steps with all lanes at once. A lane that ends its stride gets the next
 one of the batch; one that comes upon an event takes steps onto it while the others walk
-on. Arrays end with the lanes; truths are 1 and 0.
+on. Tables end with the lanes; truths are 1 and 0.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from powered_walker_env.compiled.decorators import internal
-from powered_walker_env.compiled.lanes import Table, load, rows_from, store, where
-from powered_walker_env.model.mechanics.actuation import drive
-from powered_walker_env.model.mechanics.constants import lane_of, write_lane
+from powered_walker_env.compiled.decorators import internal, once, small
+from powered_walker_env.compiled.lanes import SIZE, Table, dual, load, where
+from powered_walker_env.compiled.records import Layout
+from powered_walker_env.model.mechanics.actuation import Drive
+from powered_walker_env.model.mechanics.chain import pose_of
+from powered_walker_env.model.mechanics.constants import (
+    CHAIN_SIZE,
+    CONSTANTS,
+    CONSTANTS_SIZE,
+    FREE_CHAIN,
+    LOCKED_CHAIN,
+    OWN,
+)
+from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
 from powered_walker_env.model.phases import MAX_EXITS, Guard, Joints, Torque
 
-FALL = len(Guard)  # the guard against falls, watched in every phase beside its own
-GUARDS = FALL + 1
-LOCKED, NONE, MOTOR = int(Joints.ANKLE_LOCKED), int(Torque.NONE), int(Torque.MOTOR)
+GUARDS = len(Guard)  # Guard.NEVER included
+FREE = int(Joints.ANKLE_FREE)
+MOTOR, HIP = int(Torque.MOTOR), int(Torque.HIP)
 IDLE = -1
 LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
+
+_Pose = Annotated[Table, SIZE]
+_Guards = Annotated[Table, GUARDS]
 
 
 class Lockstep(NamedTuple):
@@ -43,48 +56,32 @@ class Lockstep(NamedTuple):
     gravity: Table  # m/s²
     switch_angle: Table  # rad
     strength: Table  # of the control: N m of a torque, N s of an impulse
+    motor: Table  # share of the strength at the ankle: 1 or 0
+    hip: Table  # at the hip, on the swing leg: −1 or 0
     height: Table  # m, of the ground ahead
     first_phi: Table  # rad, φ as the stride began
     target: Table  # guard of the event that is being stepped onto, or 0
     scuffed: Table  # this step's touch of the floor was no landing
     correction: Table  # s, from the end of the step to the event
-    powered: Table  # does a torque act
-    motor: Table  # does the ankle's motor draw current
     leads_to: Table  # where the phase's end leads: a phase, or −1 − outcome
     reset: Table  # the reset there
     impulse: Table  # N s, of the push-off at the end of the phase
     pushed: Table  # J, its work
     lost: Table  # J, at the end of the phase
     travelled: Table  # m, of the contact point in the stride
-    struck: Table  # 6 rows, state after a heel strike
-    active: Table  # GUARDS rows, does the phase watch this guard
-    value: Table  # GUARDS rows, of the guards where the step begins
-    rate: Table  # GUARDS rows
-    value_new: Table  # GUARDS rows, where it ends
-    rate_new: Table  # GUARDS rows
+    final: _Pose  # pose where the phase ended
+    struck: _Pose  # pose after the reset
+    active: _Guards  # does the phase watch this guard
+    value: _Guards  # of the guards where the step begins
+    rate: _Guards
+    value_new: _Guards  # where it ends
+    rate_new: _Guards
+    suspected: _Guards  # in the first column: lanes (bits) where it may have fallen
 
 
-_SINGLE = 30
-LOCKSTEP_ROWS = _SINGLE + 6 + 5 * GUARDS
-
-
-@internal
-def lockstep(rows):
-    """Eight idle lanes, in the first LOCKSTEP_ROWS of a table of lanes."""
-    more = _SINGLE + 6
-    return Lockstep(
-        rows, rows_from(rows, 1), rows_from(rows, 2), rows_from(rows, 3), rows_from(rows, 4),
-        rows_from(rows, 5), rows_from(rows, 6), rows_from(rows, 7), rows_from(rows, 8),
-        rows_from(rows, 9), rows_from(rows, 10), rows_from(rows, 11), rows_from(rows, 12),
-        rows_from(rows, 13), rows_from(rows, 14), rows_from(rows, 15), rows_from(rows, 16),
-        rows_from(rows, 17), rows_from(rows, 18), rows_from(rows, 19), rows_from(rows, 20),
-        rows_from(rows, 21), rows_from(rows, 22), rows_from(rows, 23), rows_from(rows, 24),
-        rows_from(rows, 25), rows_from(rows, 26), rows_from(rows, 27), rows_from(rows, 28),
-        rows_from(rows, 29),
-        rows_from(rows, _SINGLE), rows_from(rows, more), rows_from(rows, more + GUARDS),
-        rows_from(rows, more + 2 * GUARDS), rows_from(rows, more + 3 * GUARDS),
-        rows_from(rows, more + 4 * GUARDS),
-    )  # fmt: skip
+LOCKSTEP = Layout(Lockstep)
+lockstep = LOCKSTEP.view
+_constants_lane = CONSTANTS.lane
 
 
 class Batch(NamedTuple):
@@ -94,11 +91,12 @@ class Batch(NamedTuple):
     cycle: Table  # (phases, codes)
     states: Table  # (N, 4)
     controls: Table  # (N, 2)
-    rows: Table  # (N or 1, PACKED)
+    rows: Table  # (N or 1, ROW)
     row_count: int
     heights: Table  # (N or 1, 1) m
     height_count: int
     rtol: float
+    together: float  # foot to foot, over L, up to which the feet stand together
     first_step: float  # of a phase, in units of √(L/g)
     results: Table  # (N, RESULTS)
     interval: float  # s between samples in the log, 0 for none
@@ -107,26 +105,59 @@ class Batch(NamedTuple):
     logged: Table  # (1, 1) rows written to it
 
 
-@internal
+@small
 def row_of(index, count):
     """Row of a stride in an array with one row for each or one for all."""
     return index if count > 1 else 0
 
 
-@internal
-def blend(array, row, mask, value):
-    """Write `value` into the row where the mask holds."""
-    store(array, row, where(mask, value, load(array, row)))
+@small
+def acting(s):
+    """What drives the eight walkers."""
+    strength = load(s.strength, 0)
+    return Drive(load(s.motor, 0) * strength, load(s.hip, 0) * strength)
+
+
+@small
+def moving_drive(s, change):
+    """What drives the eight walkers, where the strength of their controls changes."""
+    strength = dual(load(s.strength, 0), change)
+    return Drive(load(s.motor, 0) * strength, load(s.hip, 0) * strength)
+
+
+@small
+def moving_aims(s, change):
+    """What the eight walkers' guards are set to, where the switch angles change."""
+    return Aims(dual(load(s.switch_angle, 0), change), load(s.height, 0))
 
 
 @internal
-def place(s, w, lane, index, batch, c):
+def posed(y, free, c):
+    """The pose of a chain's state; with the ankle locked α = φ + lock."""
+    alpha, dalpha = where(free, y[1], y[0] + c.lock), where(free, y[4], y[3])
+    return pose_of(y[0], alpha, y[2], y[3], dalpha, y[5])
+
+
+@once
+def copy_walker(w, lane, rows, row):
+    """Write a walker's constants and chains into a lane."""
+    for i in range(CONSTANTS_SIZE):
+        w.constants[i, lane] = rows[row, OWN + i]
+    for i in range(CHAIN_SIZE):
+        w.locked_chain[i, lane] = rows[row, LOCKED_CHAIN + i]
+        w.free_chain[i, lane] = rows[row, FREE_CHAIN + i]
+
+
+@once
+def place(s, w, lane, index, batch):
     """Start a stride: the state just after heel strike, both feet locked."""
-    write_lane(c, w.constants, lane)
-    states, gravity = batch.states, abs(c.g)
-    w.y[0, lane], w.y[1, lane] = states[index, 0] - c.lock, states[index, 0]
-    w.y[2, lane], w.y[3, lane] = states[index, 1] + math.pi, states[index, 2]
-    w.y[4, lane], w.y[5, lane] = states[index, 2], states[index, 3]
+    copy_walker(w, lane, batch.rows, row_of(index, batch.row_count))
+    c, states = _constants_lane(w.constants, lane), batch.states
+    gravity = abs(c.g)
+    s.struck[0, lane], s.struck[1, lane] = states[index, 0] - c.lock, states[index, 0]
+    s.struck[2, lane] = states[index, 1] + math.pi
+    s.struck[3, lane], s.struck[4, lane] = states[index, 2], states[index, 2]
+    s.struck[5, lane] = states[index, 3]
     s.number[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
     s.busy[0, lane] = 1.0
     s.t[0, lane] = 0.0
@@ -134,10 +165,12 @@ def place(s, w, lane, index, batch, c):
     s.switch_angle[0, lane] = batch.controls[index, 0]
     s.strength[0, lane] = batch.controls[index, 1]
     s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
-    s.first_phi[0, lane] = w.y[0, lane]
+    s.first_phi[0, lane] = s.struck[0, lane]
+    for i in range(SIZE):
+        s.final[i, lane] = s.struck[i, lane]
 
 
-@internal
+@once
 def rest(s, lane):
     """Nothing is left to do for this lane."""
     s.number[0, lane] = IDLE
@@ -147,22 +180,25 @@ def rest(s, lane):
 
 @internal
 def enter(s, w, lane, phase, batch):
-    """Begin a phase of the cycle: joints, drive and guards; y is where it begins."""
-    cycle, torque = batch.cycle, int(batch.cycle[phase, 1])
-    w.locked[0, lane] = 1.0 if cycle[phase, 0] == LOCKED else 0.0
-    acting = drive(torque, s.strength[0, lane], lane_of(w.constants, lane))
-    w.drive[0, lane], w.drive[1, lane], w.drive[2, lane] = acting[0], acting[1], acting[2]
-    w.drive[3, lane], w.drive[4, lane] = acting[3], acting[4]
-    s.powered[0, lane] = 1.0 if torque != NONE else 0.0
-    s.motor[0, lane] = 1.0 if torque == MOTOR else 0.0
+    """Begin a phase of the cycle from the pose in s.struck: its chain, drive and guards."""
+    cycle, free = batch.cycle, batch.cycle[phase, 0] == FREE
+    for i in range(3):
+        w.y[i, lane], w.y[3 + i, lane] = s.struck[i, lane], s.struck[3 + i, lane]
+    if not free:  # foot and stance leg are the first link, at the foot's angle
+        w.y[1, lane], w.y[4, lane] = 0.0, 0.0
+    w.free[0, lane] = 1.0 if free else 0.0
+    for i in range(CHAIN_SIZE):
+        w.chain[i, lane] = w.free_chain[i, lane] if free else w.locked_chain[i, lane]
+    s.motor[0, lane] = 1.0 if cycle[phase, 1] == MOTOR else 0.0
+    s.hip[0, lane] = -1.0 if cycle[phase, 1] == HIP else 0.0
     for guard in range(GUARDS):
-        s.active[guard, lane] = 1.0 if guard == FALL else 0.0
+        s.active[guard, lane] = 1.0 if guard >= FIRST_FALL else 0.0
     for exit in range(MAX_EXITS):
         s.active[int(cycle[phase, 2 + 3 * exit]), lane] = 1.0
     s.active[0, lane] = 0.0  # Guard.NEVER, of the padding
     s.phase[0, lane] = phase
     s.phases[0, lane] += 1
-    longer = LOCKED_FIRST_STEP if w.locked[0, lane] > 0.0 else 1.0
+    longer = 1.0 if free else LOCKED_FIRST_STEP
     s.h[0, lane] = longer * batch.first_step * s.unit[0, lane]
     s.target[0, lane], s.scuffed[0, lane], s.correction[0, lane] = 0.0, 0.0, 0.0
     s.elapsed[0, lane], s.fresh[0, lane], s.refused[0, lane] = 0.0, 1.0, 0.0

@@ -3,35 +3,71 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from powered_walker_env.compiled.decorators import internal, rare
-from powered_walker_env.compiled.lanes import Table, bits, load, rows_from, where
+from powered_walker_env.compiled.decorators import internal, once, rare, small
+from powered_walker_env.compiled.lanes import (
+    SIZE,
+    Table,
+    at_lane_0,
+    bits,
+    blend,
+    dual_state,
+    load,
+    load_state,
+    where,
+)
+from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import ankle_torque, flow, power
-from powered_walker_env.model.mechanics.constants import NO_LOAD_SPEED, lanes_of
-from powered_walker_env.model.mechanics.ground import clearance, clearance_acceleration, swing_foot
-from powered_walker_env.model.mechanics.swing import energy
+from powered_walker_env.model.mechanics.chain import energy
+from powered_walker_env.model.mechanics.constants import CONSTANTS
+from powered_walker_env.model.mechanics.ground import apart, clearance
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import blend
+from powered_walker_env.simulation.lockstep import acting, posed
 from powered_walker_env.simulation.runge_kutta import (
-    DIMENSION,
-    acting,
-    first_lane,
-    load_state,
+    chain_lanes,
+    constants_duals,
+    constants_lanes,
 )
 
-# Columns of a row of results.
-STATE = slice(0, 4)  # post-strike state (α, s, α', β'); NaN unless the walker walked
-FINAL = slice(4, 10)  # φ, α, β and rates at the end, before any heel strike
-DURATION, STEP_LENGTH, ENERGY_IN, POSITIVE_WORK, ENERGY_LOST, MIN_CLEARANCE = range(10, 16)
-ELECTRICAL_ENERGY, OUTCOME = 16, 17
-RESULTS = 18
-WALKED = int(Outcome.WALKED)
 
-# Columns of a row of the log: time, φ, α, β and rates, phase.
-LOG_COLUMNS = 8
+class Result(NamedTuple):
+    """A row of results."""
 
+    state: Annotated[float, 4]  # post-strike (α, s, α', β'); NaN unless the walker walked
+    final: Annotated[float, SIZE]  # pose at the end, before any heel strike
+    duration: float  # s
+    step_length: float  # m
+    energy_in: float  # J
+    positive_work: float  # J
+    energy_lost: float  # J
+    min_clearance: float  # m
+    electrical_energy: float  # J
+    outcome: float
+
+
+class Sample(NamedTuple):
+    """A row of the log."""
+
+    t: float  # s
+    pose: Annotated[float, SIZE]
+    phase: float  # its number in the cycle
+
+
+RESULT, SAMPLE = Layout(Result), Layout(Sample)
+RESULTS, LOG_COLUMNS = RESULT.size, SAMPLE.size
+STATE, FINAL = RESULT.slice("state"), RESULT.slice("final")
+DURATION, STEP_LENGTH = RESULT["duration"], RESULT["step_length"]
+ENERGY_IN, POSITIVE_WORK = RESULT["energy_in"], RESULT["positive_work"]
+ENERGY_LOST, MIN_CLEARANCE = RESULT["energy_lost"], RESULT["min_clearance"]
+ELECTRICAL_ENERGY, OUTCOME = RESULT["electrical_energy"], RESULT["outcome"]
+LOG_POSE, LOG_PHASE = SAMPLE.slice("pose"), SAMPLE["phase"]
+_STATE, _FINAL, _POSE = STATE.start, FINAL.start, LOG_POSE.start
+_NO_LOAD_SPEED = CONSTANTS["no_load_speed"]
+
+WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
+ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
 NEWTON_STEPS = 2  # towards a minimum, from the cubic's: what is left counts squared
 
 
@@ -50,20 +86,11 @@ class Totals(NamedTuple):
     lowest: Table  # m, of the swing foot since the legs passed
 
 
-TOTALS_ROWS = 10
+TOTALS = Layout(Totals)
+totals = TOTALS.view
 
 
-@internal
-def totals(rows):
-    """Those in the first TOTALS_ROWS of a table of lanes."""
-    return Totals(
-        rows, rows_from(rows, 1), rows_from(rows, 2), rows_from(rows, 3), rows_from(rows, 4),
-        rows_from(rows, 5), rows_from(rows, 6), rows_from(rows, 7), rows_from(rows, 8),
-        rows_from(rows, 9),
-    )  # fmt: skip
-
-
-@internal
+@once
 def clear(sums, lane):
     """Nothing has been added up for this lane's stride."""
     sums.energy_in[0, lane], sums.positive_work[0, lane] = 0.0, 0.0
@@ -72,12 +99,12 @@ def clear(sums, lane):
 
 
 @internal
-def look(sums, mask, y, drive, c):
-    """Take energy, power and clearance at y as those where the step begins."""
-    height, descent = clearance(y, c)
-    blend(sums.energy, 0, mask, energy(y[0], y[1], y[2], y[3], y[4], y[5], c))
-    blend(sums.power, 0, mask, power(y, drive, c))
-    blend(sums.torque, 0, mask, ankle_torque(y, drive, c))
+def look(sums, mask, pose, drive, free_chain, c):
+    """Take energy, power and clearance at a pose as those where the step begins."""
+    height, descent = clearance(pose, c)
+    blend(sums.energy, 0, mask, energy(pose, free_chain, c))
+    blend(sums.power, 0, mask, power(pose, drive, c))
+    blend(sums.torque, 0, mask, ankle_torque(pose.dalpha - pose.dphi, drive, c))
     blend(sums.height, 0, mask, height)
     blend(sums.descent, 0, mask, descent)
 
@@ -111,108 +138,129 @@ def _gain(value, slope, value_end, slope_end):
     return where((slope > 0.0) & (slope_end < 0.0), top - value, after_dip)
 
 
-@internal
-def add_step(sums, s, w, mask, taken):
+@once
+def add_step(sums, s, w, mask, taken, pose, pose_new, free_chain, c):
     """Add the work of the step just taken, and where the swing foot was lowest in it.
 
     Args:
         taken: s, the length of the step, its correction included.
+        pose, pose_new: where it begins and ends.
     """
-    y_new, drive, c = load_state(w.y_new, 0), acting(w), lanes_of(w.constants)
+    drive = acting(s)
     before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)
     height, descent = load(sums.height, 0), load(sums.descent, 0)
-    look(sums, mask, y_new, drive, c)
+    look(sums, mask, pose_new, drive, free_chain, c)
     after = load(sums.energy, 0)
-    powered = mask & (load(s.powered, 0) > 0.0)
+    motor = mask & (load(s.motor, 0) > 0.0)
+    powered = motor | (mask & (load(s.hip, 0) < 0.0))
     gain = _gain(before, rising * taken, after, load(sums.power, 0) * taken)
     blend(sums.energy_in, 0, powered, load(sums.energy_in, 0) + (after - before))
     blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
-    if bits(load(s.motor, 0) > 0.0):
-        given = _torque_impulse(w, drive, y_new, torque, load(sums.torque, 0), taken, c)
-        motor = mask & (load(s.motor, 0) > 0.0)
-        blend(sums.impulse, 0, motor, load(sums.impulse, 0) + given)
-    ahead = mask & (y_new[1] > y_new[2] - math.pi)
+    given = _torque_impulse(pose, pose_new, drive, torque, load(sums.torque, 0), taken, c)
+    blend(sums.impulse, 0, motor, load(sums.impulse, 0) + given)
     low = load(sums.height, 0)
     where_low, _ = cubic_minimum(height, descent * taken, low, load(sums.descent, 0) * taken)
-    apart, apart_end = _apart(load_state(w.y, 0)), _apart(y_new)
-    passed = where(apart > 0.0, 0.0, apart / (apart - apart_end))
+    between, between_end = apart(pose), apart(pose_new)
+    ahead = mask & (between_end > 0.0)
+    passed = where(between > 0.0, 0.0, between / (between - between_end))
     dips = ahead & (where_low > passed) & (where_low < 1.0)
     if bits(dips):
-        deep = _lowest_inside(w, where_low, passed, c)
-        low = where(dips & (deep < low), deep, low)
-    low = low - load(s.height, 0)
-    lowest = load(sums.lowest, 0)
-    blend(sums.lowest, 0, ahead & (low < lowest), low)
+        deep = _lowest_inside(s, w, where_low, passed)
+        _lower(sums, s, dips, deep)
 
 
 @internal
-def _torque_impulse(w, drive, y_new, torque, torque_end, taken, c):
+def _lower(sums, s, mask, height):
+    """Take a height of the swing foot as the lowest, over its own ground, if it is lower."""
+    low, lowest = height - load(s.height, 0), load(sums.lowest, 0)
+    blend(sums.lowest, 0, mask & (low < lowest), low)
+
+
+@once
+def end_clearance(sums, s, mask, pose, c):
+    """Where a phase ends with the legs passed, the swing foot may be lowest, too."""
+    height, _ = clearance(pose, c)
+    _lower(sums, s, mask & (apart(pose) > 0.0), height)
+
+
+@once
+def _torque_impulse(pose, pose_new, drive, torque, torque_end, taken, c):
     """∫τ dt of the motor over the step, N m s: its line exactly, its limit as the mean."""
-    turned = (y_new[1] - y_new[0]) - (load(w.y, 1) - load(w.y, 0))
-    line = drive.strength * (taken + drive.slope * turned)
+    bent = (pose_new.alpha - pose_new.phi) - (pose.alpha - pose.phi)
+    line = drive.stall * (taken + c.droop * bent)
     bounded = (abs(torque) >= c.torque_limit) | (abs(torque_end) >= c.torque_limit)
     return where(bounded, 0.5 * (torque + torque_end) * taken, line)
 
 
-@internal
-def _apart(y):
-    """α − s, which rises through zero as the legs pass."""
-    return y[1] - y[2] + math.pi
+@small
+def pose_inside(w, fraction):
+    """The pose at fractions of the steps (0 to 1); needs `interpolate`."""
+    y, c = look_inside(w, fraction), constants_lanes(w.constants)
+    return posed(y, load(w.free, 0) > 0.0, c)
 
 
 @rare
-def _lowest_inside(w, x, earliest, c):
+def _lowest_inside(s, w, x, earliest):
     """The lowest clearance near fraction x of the step: Newton on the interpolant."""
-    interpolate(w)
+    drive, c, free = acting(s), constants_lanes(w.constants), load(w.free, 0) > 0.0
+    interpolate(w, drive)
     h = load(w.length, 0)
     for _ in range(NEWTON_STEPS):
         y = look_inside(w, x)
-        _, rate = clearance(y, c)
-        slope = flow(load(w.locked, 0) > 0.0, y, acting(w), c)
-        bend = h * clearance_acceleration(y, slope, c)
-        x = where(bend > 0.0, x - rate / bend, x)
+        moving = dual_state(y, flow(y, drive, chain_lanes(w.chain), c))
+        still = constants_duals(constants_lanes(w.constants), w.zeros)
+        _, descent = clearance(posed(moving, free, still), still)
+        bend = h * descent.tangent
+        x = where(bend > 0.0, x - descent.value / bend, x)
         x = where(x > earliest, x, earliest)
         x = where(x < 1.0, x, 1.0)
-    height, _ = clearance(look_inside(w, x), c)
+    height, _ = clearance(pose_inside(w, x), c)
     return height
 
 
-@internal
+@once
 def write_row(results, row, s, w, sums, lane, outcome):
-    """The results of the stride that one lane has ended."""
+    """The results of the stride that one lane has ended; did it walk, and is all finite?"""
     walked = outcome == WALKED
-    for i in range(DIMENSION):
-        results[row, 4 + i] = w.y[i, lane]
-    results[row, 0] = s.struck[1, lane] if walked else math.nan
-    results[row, 1] = s.struck[2, lane] - math.pi if walked else math.nan
-    results[row, 2] = s.struck[4, lane] if walked else math.nan
-    results[row, 3] = s.struck[5, lane] if walked else math.nan
+    if walked and not s.t[0, lane] > 0.0:  # a stride takes time
+        outcome, walked = ALREADY_LANDED, False
+    pushed = s.pushed[0, lane] if walked else 0.0
+    lost = s.lost[0, lane] if walked else 0.0
+    low = sums.lowest[0, lane]
     results[row, DURATION] = s.t[0, lane]
     results[row, STEP_LENGTH] = s.travelled[0, lane] if walked else 0.0
-    pushed = s.pushed[0, lane] if walked else 0.0
     results[row, ENERGY_IN] = sums.energy_in[0, lane] + pushed
     results[row, POSITIVE_WORK] = sums.positive_work[0, lane] + max(0.0, pushed)
-    results[row, ENERGY_LOST] = sums.lost[0, lane] + (s.lost[0, lane] if walked else 0.0)
-    results[row, ELECTRICAL_ENERGY] = sums.impulse[0, lane] * w.constants[NO_LOAD_SPEED, lane]
-    low = sums.lowest[0, lane]
+    results[row, ENERGY_LOST] = sums.lost[0, lane] + lost
+    results[row, ELECTRICAL_ENERGY] = sums.impulse[0, lane] * w.constants[_NO_LOAD_SPEED, lane]
     results[row, MIN_CLEARANCE] = low if low < math.inf else math.nan
+    total = s.struck[1, lane] + s.struck[2, lane] + s.struck[4, lane] + s.struck[5, lane]
+    for column in range(DURATION, MIN_CLEARANCE):
+        total += results[row, column]
+    if walked and not math.isfinite(total + results[row, ELECTRICAL_ENERGY]):
+        outcome, walked = NOT_FINITE, False
+    for i in range(SIZE):
+        results[row, _FINAL + i] = s.final[i, lane]
+    results[row, _STATE] = s.struck[1, lane] if walked else math.nan
+    results[row, _STATE + 1] = s.struck[2, lane] - math.pi if walked else math.nan
+    results[row, _STATE + 2] = s.struck[4, lane] if walked else math.nan
+    results[row, _STATE + 3] = s.struck[5, lane] if walked else math.nan
     results[row, OUTCOME] = outcome
+    return walked
 
 
 @internal
-def travel(s, y, c):
-    """How far the contact point moves in the stride, m: foot to foot, and the rolling."""
-    return swing_foot(y[0], y[1], y[2], c).imag + c.R * (y[0] - load(s.first_phi, 0))
-
-
-@internal
-def write_log(batch, t, y, phase):
-    """Append a row to the log if there is room."""
+def write_log(batch, t, pose, phase):
+    """Append a row to the log, of the first lane, if there is room."""
     row, log = int(batch.logged[0, 0]), batch.log
     if row < batch.room:
-        log[row, 0], log[row, 7] = t, phase
-        for i in range(DIMENSION):
-            log[row, 1 + i] = y[i]
+        log[row, 0], log[row, LOG_PHASE] = t, phase
+        log[row, _POSE] = at_lane_0(pose.phi)
+        log[row, _POSE + 1] = at_lane_0(pose.alpha)
+        log[row, _POSE + 2] = at_lane_0(pose.beta)
+        log[row, _POSE + 3] = at_lane_0(pose.dphi)
+        log[row, _POSE + 4] = at_lane_0(pose.dalpha)
+        log[row, _POSE + 5] = at_lane_0(pose.dbeta)
         batch.logged[0, 0] = row + 1
 
 
@@ -223,8 +271,15 @@ def log_step(batch, s, w):
     k = math.floor(t / interval) + 1.0
     if k * interval >= t + h:
         return
-    interpolate(w)
+    interpolate(w, acting(s))
     while k * interval < t + h and batch.logged[0, 0] < batch.room:
-        y = look_inside(w, (k * interval - t) / h + 0.0 * load(w.length, 0))
-        write_log(batch, k * interval, first_lane(y), s.phase[0, 0])
+        pose = pose_inside(w, (k * interval - t) / h + 0.0 * load(w.length, 0))
+        write_log(batch, k * interval, pose, s.phase[0, 0])
         k += 1.0
+
+
+@small
+def pose_here(w):
+    """The pose where the steps begin."""
+    c = constants_lanes(w.constants)
+    return posed(load_state(w.y, 0), load(w.free, 0) > 0.0, c)

@@ -1,54 +1,101 @@
-"""Resets: what happens to the state where a phase ends, for eight walkers at once."""
+"""Resets: what happens to the pose where a phase ends, for eight walkers at once.
+
+One table, of poses with or without tangents. To add a reset: its formula in `mechanics/`, a line
+in `after_reset`, a member of `Reset`.
+"""
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import internal, rare
+from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import bits, load, store, where
-from powered_walker_env.model.mechanics.constants import lanes_of
+from powered_walker_env.model.mechanics.chain import Pose, kinetic_energy
+from powered_walker_env.model.mechanics.ground import travel
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
-from powered_walker_env.model.mechanics.push_off import push_off, work_after, work_before, work_with
-from powered_walker_env.model.mechanics.stop import caught
-from powered_walker_env.model.mechanics.swing import kinetic_energy
+from powered_walker_env.model.mechanics.locking import ankle_caught
+from powered_walker_env.model.mechanics.push_off import (
+    push_off,
+    work_after,
+    work_before,
+    work_with,
+)
 from powered_walker_env.model.phases import Reset
-from powered_walker_env.simulation.lockstep import blend
-from powered_walker_env.simulation.record import travel
-from powered_walker_env.simulation.runge_kutta import DIMENSION, load_state, store_state
+from powered_walker_env.simulation.runge_kutta import chain_lanes, constants_lanes
 
-CONTINUE, HEEL_STRIKE = int(Reset.CONTINUE), int(Reset.HEEL_STRIKE)
-STOP_RESET = int(Reset.STOP)
-PUSH_BEFORE, PUSH_WITH = int(Reset.PUSH_BEFORE), int(Reset.PUSH_WITH)
-PUSH_AFTER = int(Reset.PUSH_AFTER)
+CONTINUE, HEEL_STRIKE, STOP = int(Reset.CONTINUE), int(Reset.HEEL_STRIKE), int(Reset.STOP)
+BEFORE, WITH, AFTER = int(Reset.PUSH_BEFORE), int(Reset.PUSH_WITH), int(Reset.PUSH_AFTER)
+
+
+@small
+def pushes(reset):
+    """Whether a push-off comes with the reset."""
+    return (reset == BEFORE) | (reset == WITH) | (reset == AFTER)
+
+
+@small
+def strikes(reset):
+    """Whether the reset is a heel strike, with or without a push."""
+    return (reset == HEEL_STRIKE) | pushes(reset)
 
 
 @internal
-def impact(s, w):
-    """Heel strikes of all eight, with or without a push, or their ankles' stops: from w.y to
-    s.struck; energy lost, work of the push and way travelled."""
-    y, c = load_state(w.y, 0), lanes_of(w.constants)
-    reset, impulse = load(s.reset, 0), load(s.impulse, 0)
-    struck = push_off(y[0], y[1], y[2], y[3], y[4], y[5], impulse, c)
-    store_state(s.struck, 0, struck)
-    work = 0.0 * impulse
-    if bits(reset > HEEL_STRIKE):
-        work = _push_work(y, reset, impulse, struck, c)
-    if bits(reset == STOP_RESET):
-        stopped = caught(y, c)
-        for i in range(DIMENSION):
-            blend(s.struck, i, reset == STOP_RESET, stopped[i])
-        struck = load_state(s.struck, 0)
-    before = kinetic_energy(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    after = kinetic_energy(struck[0], struck[1], struck[2], struck[3], struck[4], struck[5], c)
-    store(s.pushed, 0, work)
-    store(s.lost, 0, before + work - after)
-    store(s.travelled, 0, travel(s, y, c))
+def either(mask, yes, no):
+    """One pose where the mask holds, else the other."""
+    return Pose(
+        where(mask, yes.phi, no.phi),
+        where(mask, yes.alpha, no.alpha),
+        where(mask, yes.beta, no.beta),
+        where(mask, yes.dphi, no.dphi),
+        where(mask, yes.dalpha, no.dalpha),
+        where(mask, yes.dbeta, no.dbeta),
+        where(mask, yes.foot, no.foot),
+        where(mask, yes.stance, no.stance),
+        where(mask, yes.swing, no.swing),
+    )
+
+
+@internal
+def after_reset(reset, pose, impulse, free, c):
+    """The poses after the resets; the impulse, N s, of those that push, otherwise 0."""
+    after = pose
+    if bits(strikes(reset)):
+        after = either(strikes(reset), push_off(pose, impulse, free, c), after)
+    if bits(reset == STOP):
+        after = either(reset == STOP, ankle_caught(pose, free, c), after)
+    return after
+
+
+@once
+def apply_resets(s, w, pose):
+    """Write the poses after the resets to s.struck; energy lost, work of the push, way travelled."""
+    c, free, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
+    impulse = load(s.impulse, 0)
+    struck = after_reset(reset, pose, impulse, free, c)
+    store_pose(s.struck, struck)
+    if bits(~(reset == CONTINUE)):
+        work = 0.0 * impulse
+        if bits(pushes(reset)):
+            work = _push_work(pose, reset, impulse, struck, free, c)
+        before, after = kinetic_energy(pose, free, c), kinetic_energy(struck, free, c)
+        store(s.pushed, 0, work)
+        store(s.lost, 0, before + work - after)
+        store(s.travelled, 0, travel(pose, load(s.first_phi, 0), c))
+
+
+@small
+def store_pose(rows, pose):
+    """Write a pose's angles and rates into six rows."""
+    store(rows, 0, pose.phi)
+    store(rows, 1, pose.alpha)
+    store(rows, 2, pose.beta)
+    store(rows, 3, pose.dphi)
+    store(rows, 4, pose.dalpha)
+    store(rows, 5, pose.dbeta)
 
 
 @rare
-def _push_work(y, reset, impulse, struck, c):
+def _push_work(pose, reset, impulse, struck, free, c):
     """Work of the push-off by when it comes, J; 0 for other resets."""
-    before = work_before(y[0], y[1], y[2], impulse, c)
-    along = work_with(y[0], y[1], y[2], impulse, struck, c)
-    unpushed = heel_strike(y[0], y[1], y[2], y[3], y[4], y[5], c)
-    after = work_after(y[0], y[1], y[2], impulse, unpushed, struck, c)
-    work = where(reset == PUSH_BEFORE, before, 0.0)
-    return where(reset == PUSH_WITH, along, where(reset == PUSH_AFTER, after, work))
+    unpushed = heel_strike(pose, free, c)
+    work = where(reset == BEFORE, work_before(pose, impulse, c), 0.0)
+    work = where(reset == WITH, work_with(pose, impulse, struck, c), work)
+    return where(reset == AFTER, work_after(pose, impulse, unpushed, struck, c), work)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.constants import pack, pack_all
 from powered_walker_env.model.phases import Cycle, Outcome, encode
 from powered_walker_env.model.powering import (
     PASSIVE,
@@ -28,7 +28,7 @@ from powered_walker_env.simulation.threads import run_in_slices
 TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
 
 Array = NDArray[np.float64]
-NO_LOG = np.empty((0, record.LOG_COLUMNS))
+NO_ROWS = np.empty((0, 0))  # no log, no directions to differentiate along
 
 
 class Final(NamedTuple):
@@ -205,7 +205,7 @@ def check_batch(
     some_control = powered.control_of((1.0, 0.0))
     for walker in walkers:
         check_walkable(walker, some_control)
-    rows = np.array([pack(walker) for walker in walkers])
+    rows = pack(walkers[0])[np.newaxis] if len(walkers) == 1 else pack_all(walkers)
     return powered.cycle, start, _controls(controls, powered, count), rows
 
 
@@ -265,7 +265,19 @@ def run_rows(
         results: (N, record.RESULTS) is written.
     """
     kernel.run_strides(
-        code, states, controls, rows, heights, rtol, results, 0.0, NO_LOG, None, NO_LOG
+        kernel.workspace_for(),
+        code,
+        states,
+        controls,
+        rows,
+        heights,
+        rtol,
+        results,
+        0.0,
+        NO_ROWS,
+        NO_ROWS,
+        NO_ROWS,
+        NO_ROWS,
     )
 
 

@@ -15,11 +15,11 @@ from powered_walker_env.model.phases import Outcome, Phase, Torque, encode
 from powered_walker_env.model.powering import AnyControl, check_walkable, scheme_of
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.simulation import kernel, record, turns
-from powered_walker_env.simulation.strides import Array, check_rtol, relative
+from powered_walker_env.simulation import hand_over, kernel, record
+from powered_walker_env.simulation.strides import NO_ROWS, Array, check_rtol, relative
 
 Policy = Callable[[PostStrikeState], AnyControl]
-EVENT_ROWS = 4 * turns.MAX_PHASES  # rows that the events of a stride can need
+EVENT_ROWS = 4 * hand_over.MAX_PHASES  # rows that the events of a stride can need
 
 
 class Event(NamedTuple):
@@ -78,6 +78,7 @@ def log_stride(
     results = np.empty((1, record.RESULTS))
     powered = scheme_of(control)
     logged = kernel.run_strides(
+        kernel.workspace_for(),
         encode(powered.cycle),
         np.array([state], dtype=np.float64),
         np.array([powered.row(control)]),
@@ -87,8 +88,9 @@ def log_stride(
         results,
         float(interval),
         log,
-        None,
-        log,
+        NO_ROWS,
+        NO_ROWS,
+        NO_ROWS,
     )
     return LoggedStride(log[:logged], results[0], Outcome(int(results[0, record.OUTCOME])))
 

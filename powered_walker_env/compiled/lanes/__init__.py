@@ -2,8 +2,9 @@
 
 A compiled function that is given `Lanes` (eight floats), `Plane` (eight complex numbers)
 or `Mask` (eight truths) in place of a float, a complex or a bool does the same thing to
-all of them with single machine instructions. The mechanics in `physics/` is written once,
-with `+ - * /`, comparisons, `complex`, `math.cos`, `math.sin`, `math.sqrt`, `abs` and
+all of them with single machine instructions; given `Dual` or `DualPlane` it also carries their
+derivatives along one direction. The mechanics in `model/mechanics/` is written once,
+with `+ - * /`, comparisons, `complex`, `unit`, `math.sqrt`, `abs` and
 `where`; plain Python runs it on floats, the kernel on lanes.
 
 Each lane's result depends on that lane alone, whatever its neighbours hold: a walker
@@ -14,34 +15,59 @@ fused (`contract`), in all lanes alike.
 from powered_walker_env.compiled.lanes import (
     trigonometry as trigonometry,  # gives them sine and cosine
 )
-from powered_walker_env.compiled.lanes.arithmetic import at_lane_0, bits, mask_of, where
-from powered_walker_env.compiled.lanes.kinds import LANES, Lanes, Mask, Plane
+from powered_walker_env.compiled.lanes.arithmetic import at_lane_0, bits, dual, mask_of, where
+from powered_walker_env.compiled.lanes.kinds import LANES, Dual, DualPlane, Lanes, Mask, Plane
+from powered_walker_env.compiled.lanes.states import (
+    SIZE,
+    blend_state,
+    dual_state,
+    load_state,
+    plus,
+    scaled,
+    selected,
+    store_state,
+    tangents_of,
+)
 from powered_walker_env.compiled.lanes.tables import (
     TABLE,
     Table,
+    blend,
     eights,
     load,
     rows_from,
     store,
     table,
-    unseen,
 )
+from powered_walker_env.compiled.lanes.trigonometry import unit
 
 __all__ = [
     "LANES",
+    "SIZE",
     "TABLE",
+    "Dual",
+    "DualPlane",
     "Lanes",
     "Mask",
     "Plane",
     "Table",
     "at_lane_0",
     "bits",
+    "blend",
+    "blend_state",
+    "dual",
+    "dual_state",
     "eights",
     "load",
+    "load_state",
     "mask_of",
+    "plus",
     "rows_from",
+    "scaled",
+    "selected",
     "store",
+    "store_state",
     "table",
-    "unseen",
+    "tangents_of",
+    "unit",
     "where",
 ]

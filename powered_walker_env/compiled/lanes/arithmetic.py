@@ -1,127 +1,154 @@
 """Arithmetic of lanes: `+ - * /`, comparisons, `complex`, square root, absolute value, `where`.
 
-Products and sums may be fused (`contract`), in all lanes alike.
+One code serves real, complex and dual numbers: the parts that a number has not are left out, and
+tangents follow the product rule. Products and sums may be fused (`contract`), in all lanes alike.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import operator
 
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_getattr
-from numba.extending import intrinsic, overload, type_callable
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import intrinsic, type_callable
 
 from powered_walker_env.compiled.lanes.kinds import (
     BITS,
     FLOATS,
     LANES,
+    MEMBERS,
+    Dual,
+    DualPlane,
     Lanes,
     Mask,
+    Number,
     Plane,
     constant,
     is_number,
-    parts_of,
-    plane_of,
+    kind_of,
+    number_of,
+    value_of,
 )
 
 _FLAGS = ("contract",)
-
-_NUMBERS = (types.Float, types.Integer)
-_REAL_PAIRS = [(Lanes, Lanes), *((Lanes, n) for n in _NUMBERS), *((n, Lanes) for n in _NUMBERS)]
-_PLANE_PAIRS = [(Plane, Plane)]
-for _other in (Lanes, *_NUMBERS):
-    _PLANE_PAIRS += [(Plane, _other), (_other, Plane)]
+_PLAIN = (types.Float, types.Integer, types.Complex)
 
 
-def _declare(operation, result_of):
+class Code:
+    """LLVM's instructions on vectors of which some are missing (None: zero)."""
+
+    def __init__(self, builder):
+        self.builder = builder
+
+    def add(self, a, b):
+        if a is None or b is None:
+            return b if a is None else a
+        return self.builder.fadd(a, b, flags=_FLAGS)
+
+    def sub(self, a, b):
+        if b is None:
+            return a
+        return self.builder.fsub(constant(0.0) if a is None else a, b, flags=_FLAGS)
+
+    def mul(self, a, b):
+        return None if a is None or b is None else self.builder.fmul(a, b, flags=_FLAGS)
+
+    def div(self, a, b):
+        return None if a is None else self.builder.fdiv(a, b, flags=_FLAGS)
+
+    def neg(self, a):
+        return None if a is None else self.builder.fneg(a)
+
+    def each(self, operation, a, b):
+        return Number(*(operation(x, y) for x, y in zip(a, b, strict=True)))
+
+    def times(self, a, b):
+        """(a + ia')(b + ib') of pairs."""
+        (ar, ai), (br, bi) = a, b
+        return (
+            self.sub(self.mul(ar, br), self.mul(ai, bi)) if ai is not None and bi is not None
+            else self.mul(ar, br),
+            self.add(self.mul(ar, bi), self.mul(ai, br)),
+        )  # fmt: skip
+
+
+def _sum(code, a, b):
+    return code.each(code.add, a, b)
+
+
+def _difference(code, a, b):
+    return code.each(code.sub, a, b)
+
+
+def _product(code, a, b):
+    value = code.times(a[:2], b[:2])
+    left, right = code.times(a[:2], b[2:]), code.times(a[2:], b[:2])
+    return Number(*value, *map(code.add, left, right))
+
+
+def _quotient(code, a, b):
+    """Of reals: (a/b)' = (a' − (a/b) b')/b."""
+    value = code.div(a.real, b.real)
+    return Number(value, None, code.div(code.sub(a.dreal, code.mul(value, b.dreal)), b.real))
+
+
+def _declare(operation, result_of, arity=2):
     @type_callable(operation)
     def _type(context):
-        def typer(a, b):
-            pair = (a, b)
-            if all(is_number(x) for x in pair) and (Lanes in pair or Plane in pair):
-                return result_of(pair)
+        def typer(*arguments):
+            ours = len(arguments) == arity and all(is_number(x) for x in arguments)
+            if ours and any(x in MEMBERS for x in arguments):
+                return result_of(arguments)
             return None
 
-        return typer
+        if arity == 1:
+            return lambda x: typer(x)
+        return lambda a, b: typer(a, b)
 
 
-def _define(operation, pairs, code):
-    for pair in pairs:
-        lower_builtin(operation, *pair)(code)
+def _define(operation, formula, kinds=tuple(MEMBERS)):
+    def lowered(context, builder, signature, args):
+        numbers = [
+            number_of(context, builder, *each) for each in zip(signature.args, args, strict=True)
+        ]
+        found = formula(Code(builder), *numbers)
+        return value_of(context, builder, signature.return_type, found)
+
+    for pair in itertools.product((*kinds, *_PLAIN), repeat=2):
+        if any(kind in kinds for kind in pair):
+            lower_builtin(operation, *pair)(lowered)
 
 
-def _number_of(pair):
-    return Plane if Plane in pair else Lanes
+def _real_only(result_of):
+    return lambda pair: None if kind_of(pair) in (Plane, DualPlane) else result_of(pair)
 
 
-def _sum_code(instruction):
-    def code(context, builder, signature, args):
-        a, b = signature.args
-        (ar, ai), (br, bi) = (
-            parts_of(context, builder, a, args[0]), parts_of(context, builder, b, args[1])
-        )  # fmt: skip
-        emit = getattr(builder, instruction)
-        real = emit(ar, br, flags=_FLAGS)
-        if signature.return_type == Lanes:
-            return real
-        if bi is None:
-            return plane_of(context, builder, real, ai)
-        imag = emit(constant(0.0) if ai is None else ai, bi, flags=_FLAGS)
-        return plane_of(context, builder, real, imag)
-
-    return code
+for _operation, _formula in (
+    (operator.add, _sum), (operator.sub, _difference), (operator.mul, _product),
+):  # fmt: skip
+    _declare(_operation, kind_of)
+    _define(_operation, _formula)
+_declare(operator.truediv, _real_only(kind_of))
+_define(operator.truediv, _quotient, (Lanes, Dual))
+_declare(complex, lambda pair: DualPlane if kind_of(pair) == Dual else Plane)
+_define(complex, lambda _, a, b: Number(a.real, b.real, a.dreal, b.dreal), (Lanes, Dual))
 
 
-def _product_code(context, builder, signature, args):
-    a, b = signature.args
-    (ar, ai), (br, bi) = (
-        parts_of(context, builder, a, args[0]), parts_of(context, builder, b, args[1])
-    )  # fmt: skip
+def _compared(sign):
+    def lowered(context, builder, signature, args):
+        a, b = (
+            number_of(context, builder, *each).real
+            for each in zip(signature.args, args, strict=True)
+        )
+        return builder.fcmp_ordered(sign, a, b)
 
-    def times(x, y):
-        return builder.fmul(x, y, flags=_FLAGS)
-
-    if ai is None and bi is None:
-        return times(ar, br)
-    if ai is None:
-        return plane_of(context, builder, times(ar, br), times(ar, bi))
-    if bi is None:
-        return plane_of(context, builder, times(ar, br), times(ai, br))
-    real = builder.fsub(times(ar, br), times(ai, bi), flags=_FLAGS)
-    imag = builder.fadd(times(ar, bi), times(ai, br), flags=_FLAGS)
-    return plane_of(context, builder, real, imag)
+    return lowered
 
 
-def _quotient_code(context, builder, signature, args):
-    a, b = signature.args
-    ar, _ = parts_of(context, builder, a, args[0])
-    br, _ = parts_of(context, builder, b, args[1])
-    return builder.fdiv(ar, br, flags=_FLAGS)
-
-
-def _real_only(result):
-    return lambda pair: None if Plane in pair else result
-
-
-def _comparison_code(sign):
-    def code(context, builder, signature, args):
-        a, b = signature.args
-        ar, _ = parts_of(context, builder, a, args[0])
-        br, _ = parts_of(context, builder, b, args[1])
-        return builder.fcmp_ordered(sign, ar, br)
-
-    return code
-
-
-for _operation, _instruction in ((operator.add, "fadd"), (operator.sub, "fsub")):
-    _declare(_operation, _number_of)
-    _define(_operation, _REAL_PAIRS + _PLANE_PAIRS, _sum_code(_instruction))
-_declare(operator.mul, _number_of)
-_define(operator.mul, _REAL_PAIRS + _PLANE_PAIRS, _product_code)
-_declare(operator.truediv, _real_only(Lanes))
-_define(operator.truediv, _REAL_PAIRS, _quotient_code)
 for _operation, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
@@ -129,55 +156,103 @@ for _operation, _sign in (
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _declare(_operation, _real_only(Mask))
-    _define(_operation, _REAL_PAIRS, _comparison_code(_sign))
+    _declare(_operation, _real_only(lambda pair: Mask))
+    for _pair in itertools.product((Lanes, Dual, *_PLAIN), repeat=2):
+        if Lanes in _pair or Dual in _pair:
+            lower_builtin(_operation, *_pair)(_compared(_sign))
 
 
-@lower_getattr(type(Plane), "real")
-def _real(context, builder, numba_type, value):
-    return parts_of(context, builder, numba_type, value)[0]
+def _attribute(kind, name, result, members):
+    """A part of a number as a number of another kind: `members` renames its vectors."""
+
+    @lower_getattr(type(kind), name)
+    def _part(context, builder, numba_type, value):
+        held = number_of(context, builder, numba_type, value)
+        part = Number(**{new: getattr(held, old) for new, old in members.items()})
+        return value_of(context, builder, result, part)
 
 
-@lower_getattr(type(Plane), "imag")
-def _imag(context, builder, numba_type, value):
-    return parts_of(context, builder, numba_type, value)[1]
+def _attributes(kind, parts):
+    @infer_getattr
+    class _Attributes(AttributeTemplate):
+        key = type(kind)
+
+        def generic_resolve(self, _, name):
+            return parts[name][0] if name in parts else None
+
+    for name, (result, members) in parts.items():
+        _attribute(kind, name, result, members)
 
 
-def _function_of(function, argument, result, code):
+_REAL, _IMAG = {"real": "real"}, {"real": "imag"}
+_attributes(Plane, {"real": (Lanes, _REAL), "imag": (Lanes, _IMAG)})
+_attributes(Dual, {"value": (Lanes, _REAL), "tangent": (Lanes, {"real": "dreal"})})
+_attributes(
+    DualPlane,
+    {
+        "real": (Dual, _REAL | {"dreal": "dreal"}),
+        "imag": (Dual, _IMAG | {"dreal": "dimag"}),
+        "value": (Plane, _REAL | {"imag": "imag"}),
+        "tangent": (Plane, {"real": "dreal", "imag": "dimag"}),
+    },
+)
+
+
+def _function_of(function, argument, result, lowered):
     """Give a function of one argument a version for lanes."""
 
     @type_callable(function)
     def _type(context):
-        def typer(x):
-            return result if x == argument else None
+        return lambda x: result if x == argument else None
 
-        return typer
-
-    lower_builtin(function, argument)(code)
+    lower_builtin(function, argument)(lowered)
 
 
-def _llvm(name):
-    def code(context, builder, signature, args):
-        kind = ir.FunctionType(FLOATS, [FLOATS])
-        function = cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{LANES}f64")
+def _llvm(name, kind=FLOATS):
+    def call(builder, *args):
+        signature = ir.FunctionType(kind, [kind] * len(args))
+        function = cgutils.get_or_insert_function(builder.module, signature, f"{name}.v{LANES}f64")
         return builder.call(function, args)
 
-    return code
+    return call
 
 
-_function_of(operator.neg, Lanes, Lanes, lambda _c, builder, _s, args: builder.fneg(args[0]))
+_fabs, _sqrt = _llvm("llvm.fabs"), _llvm("llvm.sqrt")
+
+
+def _unary(function, formula):
+    for kind in (Lanes, Dual):
+
+        def lowered(context, builder, signature, args, kind=kind):
+            x = number_of(context, builder, kind, args[0])
+            return value_of(context, builder, kind, formula(Code(builder), x))
+
+        _function_of(function, kind, kind, lowered)
+
+
+def _root(code, x):
+    """(√x)' = x'/2√x."""
+    value = _sqrt(code.builder, x.real)
+    return Number(value, None, code.div(code.mul(constant(0.5), x.dreal), value))
+
+
+def _absolute(code, x):
+    """|x|' = x' sign x."""
+    down = code.builder.fcmp_ordered("<", x.real, constant(0.0))
+    tangent = x.dreal and code.builder.select(down, code.neg(x.dreal), x.dreal)
+    return Number(_fabs(code.builder, x.real), None, tangent)
+
+
+_unary(operator.neg, lambda code, x: Number(*map(code.neg, x)))
+_unary(math.sqrt, _root)
+_unary(abs, _absolute)
 _function_of(operator.invert, Mask, Mask, lambda _c, builder, _s, args: builder.not_(args[0]))
-_function_of(abs, Lanes, Lanes, _llvm("llvm.fabs"))
-_function_of(math.sqrt, Lanes, Lanes, _llvm("llvm.sqrt"))
 
 
 def _mask_operation(operation, instruction):
     @type_callable(operation)
     def _type(context):
-        def typer(a, b):
-            return Mask if a == Mask and b == Mask else None
-
-        return typer
+        return lambda a, b: Mask if a == Mask and b == Mask else None
 
     lower_builtin(operation, Mask, Mask)(
         lambda _c, builder, _s, args: getattr(builder, instruction)(*args)
@@ -188,71 +263,84 @@ _mask_operation(operator.and_, "and_")
 _mask_operation(operator.or_, "or_")
 
 
-@type_callable(complex)
-def _type_complex(context):
-    def typer(real, imag):
-        pair = (real, imag)
-        return Plane if Lanes in pair and all(is_number(x) for x in pair) else None
-
-    return typer
-
-
-def _complex_code(context, builder, signature, args):
-    parts = [parts_of(context, builder, t, v)[0] for t, v in zip(signature.args, args, strict=True)]
-    return plane_of(context, builder, *parts)
-
-
-_define(complex, _REAL_PAIRS, _complex_code)
-
-
 def where(condition, yes, no):
     """`yes` where the condition holds, else `no`."""
     return yes if condition else no
 
 
+@type_callable(where)
+def _type_where(context):
+    def typer(condition, yes, no):
+        if condition == Mask and is_number(yes) and is_number(no):
+            return kind_of((yes, no))
+        if condition == types.boolean and is_number(yes) and is_number(no):
+            ours = yes in MEMBERS or no in MEMBERS
+            return kind_of((yes, no)) if ours else context.unify_types(yes, no)
+        return None
+
+    return typer
+
+
+def _lowered_where(context, builder, signature, args):
+    kind, (_, yes_kind, no_kind) = signature.return_type, signature.args
+    if kind not in MEMBERS:
+        values = (
+            context.cast(builder, value, given, kind)
+            for value, given in zip(args[1:], (yes_kind, no_kind), strict=True)
+        )
+        return builder.select(args[0], *values)
+    yes = number_of(context, builder, yes_kind, args[1])
+    no = number_of(context, builder, no_kind, args[2])
+    zero = constant(0.0)
+    parts = (
+        None if a is None and b is None
+        else builder.select(args[0], zero if a is None else a, zero if b is None else b)
+        for a, b in zip(yes, no, strict=True)
+    )  # fmt: skip
+    return value_of(context, builder, kind, Number(*parts))
+
+
+lower_builtin(where, types.Any, types.Any, types.Any)(_lowered_where)
+
+
 @intrinsic
-def _select(typing_context, mask, yes, no):
-    def code(context, builder, signature, args):
-        _, a, b = signature.args
-        first, _ = parts_of(context, builder, a, args[1])
-        second, _ = parts_of(context, builder, b, args[2])
-        return builder.select(args[0], first, second)
+def dual(typing_context, value, tangent):
+    """A number with its tangent."""
+    kind = kind_of((value, tangent))
+    result = DualPlane if kind in (Plane, DualPlane) else Dual
 
-    return Lanes(mask, yes, no), code
+    def lowered(context, builder, signature, args):
+        a, b = (number_of(context, builder, *x) for x in zip(signature.args, args, strict=True))
+        return value_of(context, builder, result, Number(a.real, a.imag, b.real, b.imag))
 
-
-@overload(where, inline="never")
-def _where(condition, yes, no):
-    if condition == Mask:
-        return lambda condition, yes, no: _select(condition, yes, no)
-    return lambda condition, yes, no: yes if condition else no
+    return result(value, tangent), lowered
 
 
 @intrinsic
 def at_lane_0(typing_context, value):
     """The float in the first lane."""
 
-    def code(context, builder, signature, args):
+    def lowered(context, builder, signature, args):
         return builder.extract_element(args[0], ir.IntType(32)(0))
 
-    return types.float64(value), code
+    return types.float64(value), lowered
 
 
 @intrinsic
 def bits(typing_context, mask):
     """The mask as an integer, lane 0 in the lowest bit."""
 
-    def code(context, builder, signature, args):
+    def lowered(context, builder, signature, args):
         return builder.zext(builder.bitcast(args[0], ir.IntType(LANES)), ir.IntType(64))
 
-    return types.int64(mask), code
+    return types.int64(mask), lowered
 
 
 @intrinsic
 def mask_of(typing_context, bits):
     """The inverse of `bits`."""
 
-    def code(context, builder, signature, args):
+    def lowered(context, builder, signature, args):
         return builder.bitcast(builder.trunc(args[0], ir.IntType(LANES)), BITS)
 
-    return Mask(types.int64), code
+    return Mask(types.int64), lowered

@@ -1,10 +1,16 @@
-"""The types of lanes as numba and LLVM see them."""
+"""The types of lanes as numba and LLVM see them.
+
+A number has a real part, and may have an imaginary part and tangents (first derivatives along
+one direction): `Lanes` is real, `Plane` complex, `Dual` real with its tangent, `DualPlane`
+complex with its tangent. `Mask` holds truths.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import models, register_model
 
 LANES = 8  # one AVX-512 register; narrower machines take two or four
@@ -15,51 +21,67 @@ BITS = ir.VectorType(ir.IntType(1), LANES)
 ALIGNMENT = 8 * LANES  # bytes, of the rows in memory
 
 
-class _LanesType(types.Type):
+class _Kind(types.Type):
+    """A type of its own for each name; numba wants a class each."""
+
     def __init__(self) -> None:
-        super().__init__(name="Lanes")
+        super().__init__(name=type(self).__name__.strip("_"))
 
 
-class _PlaneType(types.Type):
-    def __init__(self) -> None:
-        super().__init__(name="Plane")
+class _Lanes(_Kind): ...
 
 
-class _MaskType(types.Type):
-    def __init__(self) -> None:
-        super().__init__(name="Mask")
+class _Mask(_Kind): ...
 
 
-Lanes, Plane, Mask = _LanesType(), _PlaneType(), _MaskType()
+class _Plane(_Kind): ...
 
 
-@register_model(_LanesType)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager, numba_type):
-        super().__init__(manager, numba_type, FLOATS)
+class _Dual(_Kind): ...
 
 
-@register_model(_MaskType)
-class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager, numba_type):
-        super().__init__(manager, numba_type, BITS)
+class _DualPlane(_Kind): ...
 
 
-@register_model(_PlaneType)
-class _PlaneModel(models.StructModel):
-    def __init__(self, manager, numba_type):
-        super().__init__(manager, numba_type, [("real", Lanes), ("imag", Lanes)])
+Lanes, Mask, Plane, Dual, DualPlane = _Lanes(), _Mask(), _Plane(), _Dual(), _DualPlane()
+
+#: The vectors that each kind of number is made of, out of `Number`'s.
+MEMBERS = {
+    Lanes: ("real",),
+    Plane: ("real", "imag"),
+    Dual: ("real", "dreal"),
+    DualPlane: ("real", "imag", "dreal", "dimag"),
+}
 
 
-@infer_getattr
-class _PlaneAttributes(AttributeTemplate):
-    key = _PlaneType
+def _primitive(kind: type[_Kind], vector: ir.VectorType) -> None:
+    @register_model(kind)
+    class _Model(models.PrimitiveModel):
+        def __init__(self, manager, numba_type):
+            super().__init__(manager, numba_type, vector)
 
-    def resolve_real(self, _):
-        return Lanes
 
-    def resolve_imag(self, _):
-        return Lanes
+def _structure(kind: type[_Kind], members: tuple[str, ...]) -> None:
+    @register_model(kind)
+    class _Model(models.StructModel):
+        def __init__(self, manager, numba_type):
+            super().__init__(manager, numba_type, [(name, Lanes) for name in members])
+
+
+_primitive(_Lanes, FLOATS)
+_primitive(_Mask, BITS)
+_structure(_Plane, MEMBERS[Plane])
+_structure(_Dual, MEMBERS[Dual])
+_structure(_DualPlane, MEMBERS[DualPlane])
+
+
+class Number(NamedTuple):
+    """The vectors of a number; None where it has no such part."""
+
+    real: ir.Value
+    imag: ir.Value | None = None
+    dreal: ir.Value | None = None
+    dimag: ir.Value | None = None
 
 
 def constant(value, vector=FLOATS):
@@ -73,21 +95,41 @@ def splat(builder, scalar):
     return builder.shuffle_vector(builder.insert_element(empty, scalar, zero), empty, first)
 
 
-def parts_of(context, builder, numba_type, value):
-    """Real and imaginary vectors of a value; None for the imaginary part of a real one."""
-    if numba_type == Plane:
-        pair = cgutils.create_struct_proxy(Plane)(context, builder, value=value)
-        return pair.real, pair.imag
+def number_of(context, builder, numba_type, value):
+    """The vectors of a value; a plain float or integer stands in all lanes."""
     if numba_type == Lanes:
-        return value, None
-    return splat(builder, context.cast(builder, value, numba_type, types.float64)), None
+        return Number(value)
+    if numba_type in MEMBERS:
+        held = cgutils.create_struct_proxy(numba_type)(context, builder, value=value)
+        return Number(**{name: getattr(held, name) for name in MEMBERS[numba_type]})
+    if isinstance(numba_type, types.Complex):
+        pair = context.make_complex(builder, numba_type, value=value)
+        return Number(splat(builder, pair.real), splat(builder, pair.imag))
+    return Number(splat(builder, context.cast(builder, value, numba_type, types.float64)))
 
 
-def plane_of(context, builder, real, imag):
-    pair = cgutils.create_struct_proxy(Plane)(context, builder)
-    pair.real, pair.imag = real, imag
-    return pair._getvalue()
+def value_of(context, builder, numba_type, number):
+    """The value of a type with these vectors; parts that it lacks are zero."""
+    if numba_type == Lanes:
+        return number.real
+    made = cgutils.create_struct_proxy(numba_type)(context, builder)
+    for name in MEMBERS[numba_type]:
+        part = getattr(number, name)
+        setattr(made, name, constant(0.0) if part is None else part)
+    return made._getvalue()
 
 
 def is_number(numba_type):
-    return numba_type in (Lanes, Plane) or isinstance(numba_type, types.Float | types.Integer)
+    plain = isinstance(numba_type, types.Float | types.Integer | types.Complex)
+    return numba_type in MEMBERS or plain
+
+
+def kind_of(numba_types):
+    """The kind of number that an operation on these makes."""
+    dual = Dual in numba_types or DualPlane in numba_types
+    flat = any(
+        each in (Plane, DualPlane) or isinstance(each, types.Complex) for each in numba_types
+    )
+    if dual:
+        return DualPlane if flat else Dual
+    return Plane if flat else Lanes

@@ -10,7 +10,14 @@ from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin
 from numba.extending import intrinsic, models, register_model, type_callable
 
-from powered_walker_env.compiled.lanes.kinds import ALIGNMENT, FLOATS, LANES, Lanes
+from powered_walker_env.compiled.lanes.kinds import (
+    ALIGNMENT,
+    FLOATS,
+    LANES,
+    Lanes,
+    Mask,
+    number_of,
+)
 
 _POINTER = types.CPointer(types.float64)
 
@@ -89,21 +96,6 @@ def _entry(context, builder, kind, value, row, column):
 
 
 @intrinsic
-def unseen(typing_context, row):
-    """The same number, of which the compiler knows nothing.
-
-    What is loaded by it is not recognised as loaded before: no product is shared with
-    other code, which the compiler would then fuse otherwise, to other bits.
-    """
-
-    def code(context, builder, signature, args):
-        kind = ir.FunctionType(ir.IntType(64), [ir.IntType(64)])
-        return builder.asm(kind, "", "=r,0", [args[0]], True)
-
-    return types.int64(types.int64), code
-
-
-@intrinsic
 def rows_from(typing_context, rows, first):
     """The same table from a later row on."""
 
@@ -150,7 +142,8 @@ def _setitem(context, builder, signature, args):
     return context.get_dummy_value()
 
 
-def _eight(builder, context, rows, row):
+def row_pointer(context, builder, rows, row):
+    """Where a row of lanes begins."""
     data = cgutils.create_struct_proxy(TABLE)(context, builder, value=rows).data
     start = builder.mul(row, ir.IntType(64)(LANES))
     return builder.bitcast(builder.gep(data, [start]), FLOATS.as_pointer())
@@ -161,7 +154,7 @@ def load(typing_context, rows, row):
     """A row of a table of lanes."""
 
     def code(context, builder, signature, args):
-        return builder.load(_eight(builder, context, *args), align=ALIGNMENT)
+        return builder.load(row_pointer(context, builder, *args), align=ALIGNMENT)
 
     return Lanes(TABLE, types.intp), code
 
@@ -171,7 +164,23 @@ def store(typing_context, rows, row, value):
     """Write a row, as `load` reads it."""
 
     def code(context, builder, signature, args):
-        builder.store(args[2], _eight(builder, context, *args[:2]), align=ALIGNMENT)
+        builder.store(args[2], row_pointer(context, builder, *args[:2]), align=ALIGNMENT)
         return context.get_dummy_value()
 
     return types.void(TABLE, types.intp, Lanes), code
+
+
+@intrinsic
+def blend(typing_context, rows, row, mask, value):
+    """Write a row where the mask holds."""
+    if value != Lanes:
+        value = types.float64
+
+    def code(context, builder, signature, args):
+        pointer = row_pointer(context, builder, *args[:2])
+        new = number_of(context, builder, signature.args[3], args[3]).real
+        old = builder.load(pointer, align=ALIGNMENT)
+        builder.store(builder.select(args[2], new, old), pointer, align=ALIGNMENT)
+        return context.get_dummy_value()
+
+    return types.void(TABLE, types.intp, Mask, value), code

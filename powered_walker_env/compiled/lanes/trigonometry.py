@@ -14,8 +14,15 @@ from numba.core import types
 from numba.extending import intrinsic, overload
 
 from powered_walker_env.compiled.decorators import internal
-from powered_walker_env.compiled.lanes.arithmetic import where
-from powered_walker_env.compiled.lanes.kinds import FLOATS, INTS, Lanes, Mask, constant
+from powered_walker_env.compiled.lanes.arithmetic import dual, where
+from powered_walker_env.compiled.lanes.kinds import (
+    FLOATS,
+    INTS,
+    Dual,
+    Lanes,
+    Mask,
+    constant,
+)
 
 # π/2 in three parts; the first two have 33 bits, so that a hundred thousand times they are exact.
 _QUARTER, _QUARTER_2, _QUARTER_3 = (
@@ -87,11 +94,29 @@ def _sine_cosine(x):
     )
 
 
-@overload(math.sin)
-def _sin(x):
-    return (lambda x: _sine_cosine(x)[0]) if x == Lanes else None
+def unit(angle):
+    """e^{i·angle}."""
+    return complex(math.cos(angle), math.sin(angle))
 
 
-@overload(math.cos)
-def _cos(x):
-    return (lambda x: _sine_cosine(x)[1]) if x == Lanes else None
+@overload(unit)
+def _unit(angle):
+    if angle == Lanes:
+        return lambda angle: _plain_unit(angle)
+    if angle == Dual:
+        return lambda angle: _dual_unit(angle)
+    return None
+
+
+@internal
+def _plain_unit(angle):
+    sine, cosine = _sine_cosine(angle)
+    return complex(cosine, sine)
+
+
+@internal
+def _dual_unit(angle):
+    """(e^{iθ})' = i e^{iθ} θ'."""
+    sine, cosine = _sine_cosine(angle.value)
+    along = angle.tangent
+    return dual(complex(cosine, sine), complex(-sine * along, cosine * along))

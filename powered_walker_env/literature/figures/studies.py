@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from powered_walker_env.model.mechanics.actuation import drive, flow
-from powered_walker_env.model.mechanics.constants import constants_of
+from powered_walker_env.model.mechanics.actuation import accelerations_at, drive
+from powered_walker_env.model.mechanics.chain import pose_of
+from powered_walker_env.model.mechanics.constants import chains_of, constants_of
 from powered_walker_env.model.phases import Torque
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.presets import PRESETS
@@ -151,9 +152,11 @@ def motor_start_acceleration(gait: Gait) -> float:
     phi, dphi, hip_rate = gait.section_state
     alpha = phi + gait.params.locked_ankle_angle
     beta = alpha + control.switch_angle
-    y, c = (phi, alpha, beta, dphi, dphi, dphi + hip_rate), constants_of(gait.params)
-    rates = flow(False, y, drive(Torque.MOTOR, control.stall_torque, c), c)
-    return float(rates[4] - rates[3])
+    pose = pose_of(phi, alpha, beta, dphi, dphi, dphi + hip_rate)
+    motor = drive(Torque.MOTOR, control.stall_torque)
+    chains, c = chains_of(gait.params), constants_of(gait.params)
+    ddphi, ddalpha, _ = accelerations_at(pose, True, motor, chains, c)
+    return float(ddalpha - ddphi)
 
 
 def _onset(

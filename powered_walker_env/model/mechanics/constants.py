@@ -1,26 +1,44 @@
-"""The numbers a kernel needs, from `WalkerParams`, as one row of floats and as named values."""
+"""The numbers that kernels need of a walker, from `WalkerParams`: one row of floats.
+
+A row has the walker's own numbers, what follows from them (`Constants`), and the chain of links
+that it is with its ankle locked and free (`Chain`). Here alone the geometry is put together, for
+any number of walkers at once, and with derivatives (`dual.py`).
+"""
 
 from __future__ import annotations
 
-import cmath
-import dataclasses
-import math
-from typing import NamedTuple
+import functools
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from powered_walker_env.compiled.decorators import internal, kernel
-from powered_walker_env.compiled.lanes import load
+from powered_walker_env.compiled.records import Layout
+from powered_walker_env.model.mechanics.dual import (
+    Dual,
+    choose,
+    conjugate,
+    length,
+    square,
+    tangent_of,
+    unit,
+    value_of,
+)
+from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
 
-# Order of a packed row; `unpack` reads it by number. The physics comes last.
-_FIELDS = tuple(f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics")
-PACKED = len(_FIELDS) + 1
-LEG_LENGTH, LEG_MASS, GRAVITY = (_FIELDS.index(f) for f in ("leg_length", "leg_mass", "gravity"))
+Array = NDArray[np.float64]
+
+#: Names of the walker's own numbers, in the order in which they begin its row.
+NUMBERS = (*quantities(WalkerParams), "as_published")
+OWN = len(NUMBERS)
+LEG_LENGTH, LEG_MASS, GRAVITY = (NUMBERS.index(n) for n in ("leg_length", "leg_mass", "gravity"))
 
 
 class Constants(NamedTuple):
-    """The walker as the kernels see it; symbols as in Camp 1997, Appendix A."""
+    """The walker as the formulas see it; symbols as in Camp 1997, Appendix A."""
 
     L: float  # m, ankle to hip
     D: float  # m, ankle to the centre of the foot
@@ -35,140 +53,202 @@ class Constants(NamedTuple):
     reaction: float  # 1; in that limit 0: the swing leg does not pull at the rest
     g: complex  # m/s², gravity·e^{−i·slope}: minus the gravitational acceleration
     retracted: complex  # m, D e^{−i·lock}: the foot's centre from the ankle, swing leg's frame
-    landing_angle: float  # rad, arg(L + D e^{−i·lock}), of `ground.locked_landing`
+    reach: float  # m, |K| with K = L + D e^{−i·lock}: from the hip to the foot's centre
+    lean: complex  # K/|K|
     hip_stiffness: float  # N m/rad
     no_load_speed: float  # rad/s
+    droop: float  # s/rad, of the motor's torque with the ankle's rate u2: ±1/ω_noload
     torque_limit: float  # N m, of the motor; infinite for none
     as_published: bool  # the thesis's listing instead of its text
 
 
-LANE_ROWS = 22  # of the table that `write_lane` fills
-NO_LOAD_SPEED = 19  # one of them
+class Chain(NamedTuple):
+    """Links that move against each other, the first on a round foot; vectors at angle 0.
+
+    Link k carries those after it. Its moment is Σ m r over all that it carries, r from its lower
+    joint (of the first: the foot's centre), where what hangs on a later link counts at the joint.
+    A link that does not exist has no lever and no moment, and an inertia of 1: it stands still.
+    """
+
+    lever1: complex  # m, to the next joint
+    lever2: complex
+    moment1: complex  # kg m
+    moment2: complex
+    moment3: complex
+    inertia1: float  # kg m², about the lower joint; of the first with the foot's radius
+    inertia2: float
+    inertia3: float
+    hip1: float  # q3 = Σ hip_k·angle_k + hip0
+    hip2: float
+    hip3: float
+    hip0: float  # rad
+    ankle: float  # 1 if the ankle moves, between links 1 and 2
 
 
-def pack(params: WalkerParams) -> np.ndarray:
-    """The parameters as a row of floats, so that a batch can carry one walker per row."""
-    return np.array(
-        [getattr(params, field) for field in _FIELDS] + [float(params.physics == AS_PUBLISHED)]
+CONSTANTS, CHAIN = Layout(Constants), Layout(Chain)
+CONSTANTS_SIZE, CHAIN_SIZE = CONSTANTS.size, CHAIN.size
+#: Where the parts of a row begin.
+LOCKED_CHAIN = OWN + CONSTANTS_SIZE
+FREE_CHAIN = LOCKED_CHAIN + CHAIN_SIZE
+ROW = FREE_CHAIN + CHAIN_SIZE
+
+
+def constants_from(own: Any) -> Constants:
+    """What follows from a walker's own numbers, given by name: floats, arrays or `Dual`s."""
+    L, D, M, I = own.leg_length, own.foot_length, own.leg_mass, own.leg_inertia
+    X, Y, lock = own.com_along, own.com_across, own.locked_ankle_angle
+    inertia, x, y = value_of(I), value_of(X), value_of(Y)
+    massless = (inertia == 0.0) & (x == value_of(L)) & (y == 0.0)
+    as_published = value_of(own.as_published) != 0.0
+    com = X + 1j * Y
+    retracted = D * conjugate(unit(lock))
+    arm = L + retracted
+    size = length(arm)
+    point = value_of(size) == 0.0  # the foot's centre at the hip: no lean
+    limit = value_of(own.torque_limit)
+    return Constants(
+        L=L,
+        D=D,
+        R=own.foot_radius,
+        lock=lock,
+        M=M,
+        I=I,
+        ankle_to_com=com,
+        hip_to_com=choose(massless, L + 0j, L - com),
+        swing_mass=choose(massless, 1.0, M),
+        swing_inertia=I,
+        reaction=np.where(massless, 0.0, 1.0),
+        g=own.gravity * unit(-own.slope),
+        retracted=retracted,
+        reach=size,
+        lean=choose(point, 1.0 + 0j, arm / choose(point, 1.0, size)),
+        hip_stiffness=own.hip_stiffness,
+        no_load_speed=own.no_load_speed,
+        # The listing (`pow_qddt.m`) has a motor that pushes harder the faster it turns.
+        droop=np.where(as_published, -1.0, 1.0) / own.no_load_speed,
+        torque_limit=choose(limit > 0.0, own.torque_limit, np.inf),
+        as_published=as_published,
     )
 
 
-def params_of(row: np.ndarray) -> WalkerParams:
+def locked_chain(c: Constants) -> Chain:
+    """Foot and stance leg as one link, then the swing leg; the angle of the first is φ.
+
+    The swing leg is the third link: the second does not exist.
+    """
+    fold = unit(c.lock)  # from the leg's frame to the foot's: α = φ + lock
+    hip = c.D + c.L * fold
+    com = c.D + c.ankle_to_com * fold
+    stance = c.I + c.M * (square(com) + square(hip) + 2.0 * c.R * c.R)
+    return Chain(
+        lever1=hip,
+        lever2=0j,
+        moment1=c.M * (com + hip),
+        moment2=0j,
+        inertia1=stance,
+        inertia2=1.0,
+        hip1=-1.0,
+        hip2=0.0,
+        hip0=-c.lock,
+        ankle=0.0,
+        **_swing_leg(c),
+    )
+
+
+def free_chain(c: Constants) -> Chain:
+    """Foot, stance leg and swing leg."""
+    both = c.D * c.D + c.R * c.R
+    return Chain(
+        lever1=c.D + 0j,
+        lever2=c.L + 0j,
+        moment1=2.0 * c.M * c.D + 0j,
+        moment2=c.M * (c.ankle_to_com + c.L),
+        inertia1=2.0 * c.M * both,
+        inertia2=c.I + c.M * (square(c.ankle_to_com) + c.L * c.L),
+        hip1=0.0,
+        hip2=-1.0,
+        hip0=0.0,
+        ankle=1.0,
+        **_swing_leg(c),
+    )
+
+
+def _swing_leg(c: Constants) -> dict[str, Any]:
+    moment = c.swing_mass * c.hip_to_com
+    inertia = c.swing_inertia + c.swing_mass * square(c.hip_to_com)
+    return {"moment3": moment, "inertia3": inertia, "hip3": 1.0}
+
+
+def own_numbers(params: WalkerParams) -> list[float]:
+    """A walker's own numbers, in the order of `NUMBERS`."""
+    own = [getattr(params, name) for name in NUMBERS[:-1]]
+    return [*own, float(params.physics == AS_PUBLISHED)]
+
+
+def rows_from_own(own: Array) -> Array:
+    """(N, ROW) the rows of walkers from their own numbers, (N, OWN)."""
+    numbers = SimpleNamespace(**dict(zip(NUMBERS, own.T, strict=True)))
+    return np.ascontiguousarray(np.hstack([own, _derived(numbers, value_of)]))
+
+
+def row_tangents(own: Array, change: Array) -> Array:
+    """(N, ROW) derivatives of the rows of walkers along a change of their own numbers, (OWN,)."""
+    if not change.any():
+        return np.zeros((len(own), ROW))
+    moved = {
+        name: Dual(number, np.full(len(own), part))
+        for name, number, part in zip(NUMBERS, own.T, change, strict=True)
+    }
+    tangents = _derived(SimpleNamespace(**moved), tangent_of)
+    return np.ascontiguousarray(np.hstack([np.tile(change, (len(own), 1)), tangents]))
+
+
+def _derived(own: SimpleNamespace, part: Any) -> Array:
+    count = len(value_of(own.leg_length))
+    with np.errstate(all="ignore"):  # of walkers that no kernel can walk either
+        c = constants_from(own)
+        records = (
+            (CONSTANTS, c), (CHAIN, locked_chain(c)), (CHAIN, free_chain(c)),
+        )  # fmt: skip
+        columns = [
+            column if np.ndim(column) else np.full(count, column)
+            for layout, record in records
+            for column in layout.columns([part(value) for value in record])
+        ]
+    return np.stack(columns, axis=1)
+
+
+def pack_all(walkers: Sequence[WalkerParams]) -> Array:
+    """(N, ROW) the rows of N walkers."""
+    return rows_from_own(np.array([own_numbers(params) for params in walkers]))
+
+
+@functools.lru_cache(maxsize=256)
+def _packed(params: WalkerParams) -> Array:
+    row: Array = pack_all([params])[0]
+    return row
+
+
+def pack(params: WalkerParams) -> Array:
+    """(ROW,) the walker's row."""
+    return _packed(params).copy()
+
+
+def params_of(row: Array) -> WalkerParams:
     """The inverse of `pack`."""
-    *numbers, as_published = row.tolist()
+    *numbers, as_published = row[:OWN].tolist()
     return WalkerParams(
-        **dict(zip(_FIELDS, numbers, strict=True)),
+        **dict(zip(NUMBERS[:-1], numbers, strict=True)),
         physics=AS_PUBLISHED if as_published else CONSERVING,
     )
 
 
 def constants_of(params: WalkerParams) -> Constants:
-    """The walker as the functions of `physics` take it."""
-    constants: Constants = unpack(pack(params)[np.newaxis])
-    return constants
+    """The walker as the formulas take it."""
+    return CONSTANTS.of(pack(params)[OWN:LOCKED_CHAIN])
 
 
-@kernel
-def unpack(rows, i=0):
-    """The named constants of row i of packed walkers, (n, PACKED)."""
-    length, foot, lock, mass, inertia = rows[i, 0], rows[i, 1], rows[i, 3], rows[i, 4], rows[i, 5]
-    x, y, gravity, slope = rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9]
-    massless = inertia == 0.0 and x == length and y == 0.0
-    retracted = foot * complex(math.cos(lock), -math.sin(lock))
-    return Constants(
-        length,
-        foot,
-        rows[i, 2],
-        lock,
-        mass,
-        inertia,
-        complex(x, y),
-        complex(length, 0.0) if massless else complex(length - x, -y),
-        1.0 if massless else mass,
-        inertia,
-        0.0 if massless else 1.0,
-        complex(gravity * math.cos(slope), -gravity * math.sin(slope)),
-        retracted,
-        cmath.phase(length + retracted),
-        rows[i, 11],
-        rows[i, 10],
-        rows[i, 12] if rows[i, 12] > 0.0 else math.inf,
-        rows[i, 13] != 0.0,
-    )
-
-
-@internal
-def write_lane(c, table, lane):
-    """Write the constants of one walker into its column of a table (LANE_ROWS, 8)."""
-    table[0, lane] = c.L
-    table[1, lane] = c.D
-    table[2, lane] = c.R
-    table[3, lane] = c.lock
-    table[4, lane] = c.M
-    table[5, lane] = c.I
-    table[6, lane] = c.ankle_to_com.real
-    table[7, lane] = c.ankle_to_com.imag
-    table[8, lane] = c.hip_to_com.real
-    table[9, lane] = c.hip_to_com.imag
-    table[10, lane] = c.swing_mass
-    table[11, lane] = c.swing_inertia
-    table[12, lane] = c.reaction
-    table[13, lane] = c.g.real
-    table[14, lane] = c.g.imag
-    table[15, lane] = c.retracted.real
-    table[16, lane] = c.retracted.imag
-    table[17, lane] = c.landing_angle
-    table[18, lane] = c.hip_stiffness
-    table[19, lane] = c.no_load_speed
-    table[20, lane] = c.torque_limit
-    table[21, lane] = 1.0 if c.as_published else 0.0
-
-
-@internal
-def lane_of(table, lane):
-    """The constants of one of the eight walkers, from such a table."""
-    return Constants(
-        table[0, lane],
-        table[1, lane],
-        table[2, lane],
-        table[3, lane],
-        table[4, lane],
-        table[5, lane],
-        complex(table[6, lane], table[7, lane]),
-        complex(table[8, lane], table[9, lane]),
-        table[10, lane],
-        table[11, lane],
-        table[12, lane],
-        complex(table[13, lane], table[14, lane]),
-        complex(table[15, lane], table[16, lane]),
-        table[17, lane],
-        table[18, lane],
-        table[19, lane],
-        table[20, lane],
-        table[21, lane] > 0.0,
-    )
-
-
-@internal
-def lanes_of(table):
-    """The constants of eight walkers, from such a table."""
-    return Constants(
-        load(table, 0),
-        load(table, 1),
-        load(table, 2),
-        load(table, 3),
-        load(table, 4),
-        load(table, 5),
-        complex(load(table, 6), load(table, 7)),
-        complex(load(table, 8), load(table, 9)),
-        load(table, 10),
-        load(table, 11),
-        load(table, 12),
-        complex(load(table, 13), load(table, 14)),
-        complex(load(table, 15), load(table, 16)),
-        load(table, 17),
-        load(table, 18),
-        load(table, 19),
-        load(table, 20),
-        load(table, 21) > 0.0,
-    )
+def chains_of(params: WalkerParams) -> tuple[Chain, Chain]:
+    """The walker's chains with its ankle locked, and free."""
+    row = pack(params)
+    return CHAIN.of(row[LOCKED_CHAIN:FREE_CHAIN]), CHAIN.of(row[FREE_CHAIN:])

@@ -1,145 +1,90 @@
-"""Ground: swing-foot clearance, landing, the switch, and falls.
+"""The swing foot and the floor: clearance, and when a touch is a landing.
 
-Every guard is a function of the configuration that is positive while the phase goes
-on; the event is its fall through zero. Each returns its value and its rate. All but
-`name_fall` take floats, or eight walkers at once (`lanes.py`).
+All is said of a pose; heights are above the floor under the stance foot.
 """
 
 from __future__ import annotations
 
 import math
 
-from powered_walker_env.compiled.decorators import kernel
-from powered_walker_env.compiled.lanes import where
-from powered_walker_env.model.mechanics.swing import direction
-from powered_walker_env.model.phases import Outcome
+from powered_walker_env.compiled.decorators import formula, small
+from powered_walker_env.compiled.lanes import unit, where
 
 FLAT = 1e-12  # a ground step below this fraction of the leg is rounding: the floor is flat
 
 
-@kernel
-def swing_foot(phi, alpha, beta, c):
+@formula
+def swing_foot(pose, c):
     """Centre of the swing foot from the centre of the stance foot, m (up + i·forward).
 
     The real part is the clearance on flat ground (the radius cancels), the imaginary
     part the distance from foot to foot.
     """
-    swing = direction(beta)
-    return c.D * direction(phi) + c.L * (direction(alpha) + swing) + c.retracted * swing
+    return c.D * pose.foot + c.L * (pose.stance + pose.swing) + c.retracted * pose.swing
 
 
-@kernel
-def clearance(y, c):
+@formula
+def clearance(pose, c):
     """Height of the swing foot above flat ground, m, and its rate, m/s."""
-    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
-    swing_leg = c.L * swing + c.retracted * swing
-    height = c.D * foot.real + c.L * stance.real + swing_leg.real
-    rate = c.D * foot.imag * y[3] + c.L * stance.imag * y[4] + swing_leg.imag * y[5]
-    return height, -rate
+    foot, stance = c.D * pose.foot, c.L * pose.stance
+    leg = c.L * pose.swing + c.retracted * pose.swing
+    rate = foot.imag * pose.dphi + stance.imag * pose.dalpha + leg.imag * pose.dbeta
+    return foot.real + stance.real + leg.real, -rate
 
 
-@kernel
-def clearance_acceleration(y, slope, c):
-    """Second time derivative of the clearance, m/s²; `slope` is that of y."""
-    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
-    swing_leg = c.L * swing + c.retracted * swing
-    centripetal = c.D * foot.real * y[3] * y[3] + c.L * stance.real * y[4] * y[4]
-    tangential = c.D * foot.imag * slope[3] + c.L * stance.imag * slope[4]
-    swing_part = swing_leg.real * y[5] * y[5] + swing_leg.imag * slope[5]
-    return -centripetal - tangential - swing_part
+@small
+def travel(pose, first_phi, c):
+    """How far the contact point moves in a stride, m: foot to foot, and the rolling."""
+    return swing_foot(pose, c).imag + c.R * (pose.phi - first_phi)
 
 
-@kernel
-def locked_landing(y, c):
-    """The factor of the clearance that vanishes at landing when both feet are locked.
+@small
+def apart(pose):
+    """α − s, the angle between the legs; it rises through zero as they pass."""
+    return pose.alpha - pose.beta + math.pi
 
-    With K = L + D e^{−i·lock} and s = β − π the clearance is
-    −2|K| sin((α − s)/2) sin((α + s)/2 + arg K). Its first factor vanishes as the legs
-    pass, with foot and foot together; the landing is the second one rising through
-    zero with α > s. Returned with its sign turned, so that it falls.
+
+@formula
+def last_factor(pose, c):
+    """The factor of the clearance that vanishes at landing, and not as the legs pass.
+
+    With both feet locked, and for a foot without length (D = 0) always, the clearance is
+    −2|K| sin((α − s)/2) sin((α + s)/2 + arg K), K = L + D e^{−i·lock}, s = β − π. This is the
+    second sine with its sign turned, so that it falls through zero as the foot lands.
     """
-    angle = direction(0.5 * (y[1] + y[2] - math.pi) + c.landing_angle)
-    return -angle.imag, -angle.real * 0.5 * (y[4] + y[5])
+    mean = unit(0.5 * (pose.alpha + pose.beta - math.pi))
+    return -(mean * c.lean).imag
 
 
-@kernel
-def landing(locked, y, step_height, c):
-    """The swing foot's height above the ground ahead, scaled, and its rate."""
-    factor, factor_rate = locked_landing(y, c)
-    height, rate = clearance(y, c)
-    on_the_level = locked & (abs(step_height) < FLAT * c.L)
-    return (
-        where(on_the_level, factor, (height - step_height) / c.L),
-        where(on_the_level, factor_rate, rate / c.L),
-    )
+@small
+def factorises(locked, c):
+    """Whether the clearance has that factor."""
+    return locked | (c.D == 0.0)
 
 
-@kernel
-def switch(y, switch_angle):
-    """How far the hip angle q3 is from the switch angle, rad, and its rate."""
-    return y[2] - y[1] - switch_angle, y[5] - y[4]
+@formula
+def height_over_ground(locked, pose, step_height, c):
+    """What falls through zero as the swing foot meets the ground ahead, scaled.
 
-
-@kernel
-def legs_have_passed(y):
-    """Whether the swing foot is ahead: α > s = β − π. Only then is the floor a landing."""
-    return y[1] > y[2] - math.pi
-
-
-@kernel
-def comes_down(locked, y, c):
-    """Whether the swing foot, reaching the floor at `y`, lands there instead of scuffing.
-
-    It must be ahead. With both feet locked it must also come down by the factor of
-    `locked_landing`: a foot that scuffs as the legs pass does so on the floor that the
-    other one stands on, and not on a step down, however small.
+    On the level its clearance may be said by the last factor alone: the legs' passing is no
+    root of it.
     """
-    _, rate = locked_landing(y, c)
-    return legs_have_passed(y) & (where(locked, rate, -1.0) < 0.0)
+    level = factorises(locked, c) & (abs(step_height) < FLAT * c.L)
+    height, _ = clearance(pose, c)
+    return where(level, last_factor(pose, c), (height - step_height) / c.L)
 
 
-@kernel
-def upright(locked, y, c):
-    """How far the walker is from a fall (dimensionless), and its rate; a fall is zero.
+@formula
+def lands(locked, pose, factor_rate, together, c):
+    """Whether the swing foot, reaching the ground at `pose`, lands there instead of scuffing.
 
-    The least of: the cosine of the stance leg, of the swing leg, the height of the hip
-    over L, and, with the ankle free, a foot that has not turned over. The foot may
-    point its ankle anywhere but into the quarter under and ahead of its centre,
-    π/2 < φ < π: cos(φ + π/4) + √½ > 0.
+    It must be ahead, and not beside the stance foot. Where the clearance factorises it must
+    also come down by the last factor: a foot that scuffs as the legs pass does so on the floor
+    that the other one stands on, and not on a step down, however small.
+
+    Args:
+        factor_rate: of `last_factor`, 1/s.
+        together: distance from foot to foot, over L, up to which the feet stand together.
     """
-    foot, stance, swing = direction(y[0]), direction(y[1]), direction(y[2])
-    value, rate = stance.real, -stance.imag * y[4]
-    lower = -swing.real < value
-    value, rate = where(lower, -swing.real, value), where(lower, swing.imag * y[5], rate)
-    hip = (c.R + c.D * foot.real) / c.L + stance.real
-    lower = hip < value
-    hip_rate = -c.D / c.L * foot.imag * y[3] - stance.imag * y[4]
-    value, rate = where(lower, hip, value), where(lower, hip_rate, rate)
-    turned, turned_rate = foot_upright(foot, y[3])
-    turned = where(locked, 2.0, turned)
-    lower = turned < value
-    return where(lower, turned, value), where(lower, turned_rate, rate)
-
-
-@kernel
-def foot_upright(foot, rate):
-    """cos(φ + π/4) + √½ and its rate, from e^{iφ}."""
-    half = math.sqrt(0.5)
-    return half * (foot.real - foot.imag) + half, -half * (foot.real + foot.imag) * rate
-
-
-@kernel
-def name_fall(locked, y, c):
-    """The outcome of a state at which `upright` has come down to zero: its least term."""
-    stance, swing = math.cos(y[1]), -math.cos(y[2])
-    least = (c.R + c.D * math.cos(y[0])) / c.L + math.cos(y[1])
-    outcome = Outcome.HIP_BELOW_FLOOR
-    if stance <= least:
-        least = stance
-        outcome = Outcome.FELL_FORWARD if math.sin(y[1]) > 0.0 else Outcome.FELL_BACKWARD
-    if swing < least:
-        least, outcome = swing, Outcome.SWING_LEG_HORIZONTAL
-    if not locked and foot_upright(direction(y[0]), y[3])[0] < least:
-        over = math.sin(y[0]) > 0.5  # at φ = π/2, not at φ = −π
-        outcome = Outcome.FOOT_ROLLED_OVER if over else Outcome.FOOT_FELL_BACK
-    return outcome
+    ahead = (apart(pose) > together) & (swing_foot(pose, c).imag > together * c.L)
+    return ahead & (where(factorises(locked, c), factor_rate, -1.0) < 0.0)

@@ -14,83 +14,72 @@ from __future__ import annotations
 
 import math
 
-from powered_walker_env.compiled.decorators import kernel
+from powered_walker_env.compiled.decorators import formula, small
 from powered_walker_env.compiled.lanes import where
+from powered_walker_env.model.mechanics.chain import Pose, couplings, inner, mass_matrix, pose_of
 from powered_walker_env.model.mechanics.ground import swing_foot
-from powered_walker_env.model.mechanics.swing import direction, inner, mass_matrix, vectors
+from powered_walker_env.model.mechanics.locking import rates_of
 
 
-@kernel
-def new_contact(phi, alpha, beta, c):
+@formula
+def new_contact(pose, c):
     """The new contact point from the old one, m (up + i·forward)."""
-    point = swing_foot(phi, alpha, beta, c)
-    departure = where(c.as_published, 2.0 * c.L * math.sin(beta), 0.0)  # the first
-    return point - complex(0.0, departure)
+    departure = where(c.as_published, 2.0 * c.L * pose.swing.imag, 0.0)  # the first
+    return swing_foot(pose, c) - complex(0.0 * departure, departure)
 
 
-@kernel
-def momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c):
-    """Angular momenta just before: the walker's about the new contact, the trailing leg's
-    about the hip, kg m²/s."""
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    P = c.R + foot
-    contact = new_contact(phi, alpha, beta, c)
-    velocity_A = P * dphi + A * dalpha  # divided by i, as in swing.py
-    velocity_B = P * dphi + H * dalpha + B * (c.reaction * dbeta)
-    spin = c.I * (dalpha + dbeta)
-    arm_B = P + H + c.reaction * B - contact
-    walker = inner(P + A - contact, velocity_A) + inner(arm_B, velocity_B)
-    arm = from_hip(alpha, c)
-    trailing = inner(arm, P * dphi + (H + arm) * dalpha)
-    return spin + c.M * walker, c.swing_inertia * dalpha + c.swing_mass * trailing
-
-
-@kernel
-def from_hip(alpha, c):
+@small
+def from_hip(stance, c):
     """From the hip to the mass that swings in the next stride: A − H, without the cancellation,
     and the vanishing mass at the ankle in the limit of a massless foot."""
-    return -1.0 * (c.hip_to_com * direction(alpha))
+    return -1.0 * (c.hip_to_com * stance)
 
 
-@kernel
-def momentum_matrix(phi, alpha, beta, c):
-    """The same momenta in a locked configuration as a 2×2 matrix times (α', β').
-
-    The walker's row is the sum of all rows of the mass matrix, the swing leg's its β
-    row, with φ' = α'.
-    """
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    m11, m12, m13, m22, m23, m33 = mass_matrix(foot, A, H, B, c)
-    coupling = m13 + m23
-    stance = m11 + 2.0 * m12 + m22
-    return stance + c.reaction * coupling, c.reaction * (coupling + m33), coupling, m33
-
-
-@kernel
-def swapped(beta, alpha, c):
-    """(φ, α, β) after the strike: the swing leg stands, the stance leg swings."""
-    return beta - math.pi - c.lock, beta - math.pi, alpha + math.pi
+@formula
+def momenta_before(pose, c):
+    """Angular momenta just before: the walker's about the new contact, the trailing leg's
+    about the hip, kg m²/s."""
+    P = c.D * pose.foot + c.R
+    A, H = c.ankle_to_com * pose.stance, c.L * pose.stance
+    B = c.reaction * (c.hip_to_com * pose.swing)
+    contact = new_contact(pose, c)
+    velocity_A = P * pose.dphi + A * pose.dalpha  # divided by i, as in chain.py
+    velocity_B = P * pose.dphi + H * pose.dalpha + B * pose.dbeta
+    orbital = inner(P + A - contact, velocity_A) + inner(P + H + B - contact, velocity_B)
+    arm = from_hip(pose.stance, c)
+    trailing = inner(arm, P * pose.dphi + (H + arm) * pose.dalpha)
+    walker = c.I * (pose.dalpha + pose.dbeta) + c.M * orbital
+    return walker, c.swing_inertia * pose.dalpha + c.swing_mass * trailing
 
 
-@kernel
-def heel_strike(phi, alpha, beta, dphi, dalpha, dbeta, c):
-    """The state (φ, α, β, φ', α', β') just after the strike, from the state just before."""
-    walker, trailing_leg = momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c)
-    return land(phi, alpha, beta, walker, trailing_leg, c)
-
-
-@kernel
-def land(phi, alpha, beta, walker, trailing_leg, c):
-    """The state just after a strike that leaves the two momenta."""
-    new_phi, new_alpha, new_beta = swapped(beta, alpha, c)
+@formula
+def land(pose, walker, trailing_leg, free, c):
+    """The pose just after a strike that leaves the two momenta: the swing leg stands, the stance
+    leg swings. The walker's momentum about the contact is the sum of its two links'."""
+    alpha = pose.beta - math.pi
+    still = 0.0 * alpha
+    after = pose_of(alpha - c.lock, alpha, pose.alpha + math.pi, still, still, still)
     # Departure 2: the listing's matrix is that of the configuration before the strike.
-    a11, a12, a21, a22 = momentum_matrix(
-        where(c.as_published, phi, new_phi),
-        where(c.as_published, alpha, new_alpha),
-        where(c.as_published, beta, new_beta),
+    m = mass_matrix(
+        couplings(
+            where(c.as_published, pose.foot, after.foot),
+            where(c.as_published, pose.stance, after.stance),
+            where(c.as_published, pose.swing, after.swing),
+            free,
+            c,
+        ),
+        free,
         c,
     )
-    determinant = a11 * a22 - a12 * a21
-    new_dalpha = (walker * a22 - a12 * trailing_leg) / determinant
-    new_dbeta = (a11 * trailing_leg - a21 * walker) / determinant
-    return new_phi, new_alpha, new_beta, new_dalpha, new_dalpha, new_dbeta
+    dalpha, dbeta = rates_of(m, walker - c.reaction * trailing_leg, trailing_leg, c)
+    return Pose(
+        after.phi, after.alpha, after.beta, dalpha, dalpha, dbeta,
+        after.foot, after.stance, after.swing,
+    )  # fmt: skip
+
+
+@formula
+def heel_strike(pose, free, c):
+    """The pose just after the strike, from the one just before."""
+    walker, trailing_leg = momenta_before(pose, c)
+    return land(pose, walker, trailing_leg, free, c)

@@ -12,52 +12,58 @@ v the velocity of the trailing foot's contact point, J does ½⟨J, v⁻ + v⁺�
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import kernel
+from powered_walker_env.compiled.decorators import formula
+from powered_walker_env.model.mechanics.chain import cross, inner
 from powered_walker_env.model.mechanics.heel_strike import land, momenta_before, new_contact
-from powered_walker_env.model.mechanics.swing import direction, inner, turned, vectors
 
 
-@kernel
-def push_moments(phi, alpha, beta, impulse, c):
+@formula
+def _arms(pose, c):
+    """From the contact point to the stance ankle and the hip, m."""
+    P = c.D * pose.foot + c.R
+    return P, P + c.L * pose.stance
+
+
+@formula
+def push_moments(pose, impulse, c):
     """Moments of the impulse about the new contact and about the hip, kg m²/s."""
-    foot, _, H, _ = vectors(phi, alpha, beta, c)
-    push = impulse * direction(alpha)
-    return -turned(new_contact(phi, alpha, beta, c), push), -turned(c.R + foot + H, push)
+    _, hip = _arms(pose, c)
+    push = impulse * pose.stance
+    return -cross(new_contact(pose, c), push), -cross(hip, push)
 
 
-@kernel
-def push_off(phi, alpha, beta, dphi, dalpha, dbeta, impulse, c):
-    """The state just after heel strike and push, from the state just before both."""
-    walker, trailing_leg = momenta_before(phi, alpha, beta, dphi, dalpha, dbeta, c)
-    about_contact, about_hip = push_moments(phi, alpha, beta, impulse, c)
-    return land(phi, alpha, beta, walker + about_contact, trailing_leg + about_hip, c)
+@formula
+def push_off(pose, impulse, free, c):
+    """The pose just after heel strike and push, from the one just before both."""
+    walker, trailing_leg = momenta_before(pose, c)
+    about_contact, about_hip = push_moments(pose, impulse, c)
+    return land(pose, walker + about_contact, trailing_leg + about_hip, free, c)
 
 
-@kernel
-def _along_push(phi, alpha, beta, struck, c):
-    """Velocity of the trailing foot's contact point along the trailing leg, m/s, in the state
-    after a strike; the angles are those before."""
-    foot, _, H, _ = vectors(phi, alpha, beta, c)
-    new_foot, _, new_H, _ = vectors(struck[0], struck[1], struck[2], c)
-    hip = (c.R + new_foot) * struck[3] + new_H * struck[4]  # divided by i
-    return -turned(direction(alpha), hip - (c.R + foot + H) * struck[5])
+@formula
+def _along_push(pose, struck, c):
+    """Velocity of the trailing foot's contact point along the trailing leg, m/s, in the pose
+    after a strike; `pose` is the one before."""
+    _, hip = _arms(pose, c)
+    ankle, new_hip = _arms(struck, c)
+    turning = ankle * struck.dphi + (new_hip - ankle) * struck.dalpha  # divided by i
+    return -cross(pose.stance, turning - hip * struck.dbeta)
 
 
-@kernel
-def work_with(phi, alpha, beta, impulse, struck, c):
-    """Work of a push that comes with the strike, J; `struck` is the state after both."""
-    return 0.5 * impulse * _along_push(phi, alpha, beta, struck, c)
+@formula
+def work_with(pose, impulse, struck, c):
+    """Work of a push that comes with the strike, J; `struck` is the pose after both."""
+    return 0.5 * impulse * _along_push(pose, struck, c)
 
 
-@kernel
-def work_after(phi, alpha, beta, impulse, unpushed, struck, c):
-    """Work of a push that comes after the strike, J; `unpushed` is the state between."""
-    before = _along_push(phi, alpha, beta, unpushed, c)
-    return 0.5 * impulse * (before + _along_push(phi, alpha, beta, struck, c))
+@formula
+def work_after(pose, impulse, unpushed, struck, c):
+    """Work of a push that comes after the strike, J; `unpushed` is the pose between."""
+    return 0.5 * impulse * (_along_push(pose, unpushed, c) + _along_push(pose, struck, c))
 
 
-@kernel
-def work_before(phi, alpha, beta, impulse, c):
+@formula
+def work_before(pose, impulse, c):
     """Work of a push that comes before the strike, J: the walker is free in the air.
 
     With Δv the hip's, n1 and n2 the velocities of the legs' centres of mass about it per
@@ -65,13 +71,13 @@ def work_before(phi, alpha, beta, impulse, c):
     2MΔv + M n1 Δα' + M n2 Δβ' = J and (I + M|n|²) Δrate + M⟨n, Δv⟩ = a for the trailing
     leg, 0 for the other.
     """
-    foot, A, H, B = vectors(phi, alpha, beta, c)
-    leg = direction(alpha)
-    r1, r2 = A - H, c.reaction * B  # n = i r
+    leg, (_, hip) = pose.stance, _arms(pose, c)
+    r1 = c.ankle_to_com * leg - c.L * leg  # n = i r
+    r2 = c.reaction * (c.hip_to_com * pose.swing)
     massless = 1.0 - c.reaction  # then both are zero, and so is what is divided
     k1 = 1.0 / (c.I + c.M * inner(r1, r1) + massless)
     k2 = 1.0 / (c.I + c.M * inner(r2, r2) + massless)
-    a = -impulse * turned(c.R + foot + H, leg)
+    a = -impulse * cross(hip, leg)
     m2 = c.M * c.M
     s11 = 2.0 * c.M - m2 * (k1 * r1.imag * r1.imag + k2 * r2.imag * r2.imag)
     s22 = 2.0 * c.M - m2 * (k1 * r1.real * r1.real + k2 * r2.real * r2.real)

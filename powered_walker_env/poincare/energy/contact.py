@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from powered_walker_env.model.mechanics.chain import pose_of
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.phases import Joints, Outcome
@@ -203,12 +204,12 @@ def _needed_friction(force: ComplexArray) -> float:
 def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
     c, logged = constants_of(params), walked.logged
     log = logged.log
-    force, torque, motor = forces(walked, c)
+    force, torque, motor = forces(walked, params)
     locked = walked.rows(Joints.ANKLE_LOCKED)
-    height = np.array([swing_foot(*row, c).real for row in log[:, 1:4]])
+    height = np.array([swing_foot(pose_of(*row), c).real for row in log[:, record.LOG_POSE]])
     passed = height[log[:, 2] > log[:, 3] - math.pi]
-    jump = impulse_of(walked, c)
-    ankle_velocity, foot_velocity = trailing_foot(walked, c)
+    jump = impulse_of(walked, params)
+    ankle_velocity, foot_velocity = trailing_foot(walked, params)
     overrun, reversals = _foot_motion(walked, params)
     return ContactReport(
         outcome=logged.outcome,

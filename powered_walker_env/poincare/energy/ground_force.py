@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.mechanics.actuation import ankle_torque, drive, flow
-from powered_walker_env.model.mechanics.constants import Constants, constants_of
+from powered_walker_env.model.mechanics.actuation import accelerations_at, ankle_torque, drive
+from powered_walker_env.model.mechanics.chain import Pose, cross, pose_of
+from powered_walker_env.model.mechanics.constants import Chain, Constants, chains_of, constants_of
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.mechanics.push_off import push_off
-from powered_walker_env.model.mechanics.swing import turned, vectors
 from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
 from powered_walker_env.model.powering import STRENGTH, AnyControl
 from powered_walker_env.model.state import PostStrikeState, check_state
@@ -67,9 +67,9 @@ def ground_force(
         ValueError: a bad argument.
     """
     walked = next(logged_strides(params, control, state, 1))
-    logged, c = walked.logged, constants_of(params)
-    force, ankle, _ = forces(walked, c)
-    jump, push = impulse_of(walked, c), push_of(walked)
+    logged = walked.logged
+    force, ankle, _ = forces(walked, params)
+    jump, push = impulse_of(walked, params), push_of(walked)
     return GroundForce(
         t=logged.log[:, 0].copy(),
         normal=force.real.copy(),
@@ -99,12 +99,16 @@ class WalkedStride(NamedTuple):
         there = np.array([phase.joints == joints for phase in self.cycle])
         return there[self.logged.log[:, 7].astype(np.int64)]
 
-    def struck(self, c: Constants) -> Array:
-        """(6,) the state after heel strike and push, before feet and legs are renamed."""
-        before = self.logged.log[-1, 1:7]
+    @property
+    def last(self) -> Pose:
+        """The pose just before its end."""
+        return pose_of(*self.logged.log[-1, record.LOG_POSE])
+
+    def struck(self, c: Constants, free: Chain) -> Pose:
+        """The pose after heel strike and push."""
         if self.push == 0.0:
-            return np.array(heel_strike(*before, c))
-        return np.array(push_off(*before, self.push, c))
+            return heel_strike(self.last, free, c)
+        return push_off(self.last, self.push, free, c)
 
 
 def logged_strides(
@@ -126,34 +130,43 @@ def logged_strides(
         here = PostStrikeState(*logged.result[record.STATE].tolist())
 
 
-def forces(walked: WalkedStride, c: Constants) -> tuple[ComplexArray, Array, Array]:
+def forces(walked: WalkedStride, params: WalkerParams) -> tuple[ComplexArray, Array, Array]:
     """Along a stride: ground force, N, torque at the ankle and the motor's part, N m; (n,)."""
-    log, cycle = walked.logged.log, walked.cycle
+    log, c, chains = walked.logged.log, constants_of(params), chains_of(params)
     force, torque, motor = np.empty(len(log), complex), np.empty(len(log)), np.empty(len(log))
     for i, row in enumerate(log):
-        y, phase = row[1:7], cycle[int(row[7])]
-        locked = phase.joints == Joints.ANKLE_LOCKED
-        acting = drive(phase.torque, walked.strength, c)
-        _, _, _, ddphi, ddalpha, ddbeta = flow(locked, y, acting, c)
-        foot, A, H, B = vectors(y[0], y[1], y[2], c)
-        P, B = c.R + foot, c.reaction * B
-        ankle = 1j * P * ddphi - foot * y[3] ** 2
-        a_A = ankle + (1j * ddalpha - y[4] ** 2) * A
-        a_B = ankle + (1j * ddalpha - y[4] ** 2) * H + (1j * ddbeta - y[5] ** 2) * B
+        pose, phase = pose_of(*row[record.LOG_POSE]), walked.cycle[int(row[record.LOG_PHASE])]
+        acting = drive(phase.torque, walked.strength)
+        free = phase.joints == Joints.ANKLE_FREE
+        ddphi, ddalpha, ddbeta = accelerations_at(pose, free, acting, chains, c)
+        foot, (P, A, H, B) = c.D * pose.foot, _arms(pose, c)
+        ankle = 1j * P * ddphi - foot * pose.dphi**2
+        a_A = ankle + (1j * ddalpha - pose.dalpha**2) * A
+        a_B = ankle + (1j * ddalpha - pose.dalpha**2) * H + (1j * ddbeta - pose.dbeta**2) * B
         force[i] = c.M * (a_A + a_B + 2.0 * c.g)
-        torque[i] = turned(P, force[i])
-        motor[i] = ankle_torque(y, acting, c)
+        torque[i] = cross(P, force[i])
+        motor[i] = ankle_torque(pose.dalpha - pose.dphi, acting, c)
     return force, torque, motor
 
 
-def _momentum(y: Array, c: Constants) -> complex:
+def _arms(pose: Pose, c: Constants) -> tuple[complex, complex, complex, complex]:
+    """From contact to ankle, ankle to the stance leg's mass and to the hip, hip to the other's."""
+    stance = pose.stance
+    return (
+        c.R + c.D * pose.foot,
+        c.ankle_to_com * stance,
+        c.L * stance,
+        c.reaction * c.hip_to_com * pose.swing,
+    )
+
+
+def _momentum(pose: Pose, c: Constants) -> complex:
     """Linear momentum of the walker, kg m/s."""
-    foot, A, H, B = vectors(y[0], y[1], y[2], c)
-    ankle = 1j * (c.R + foot) * y[3]
-    return complex(c.M * (2.0 * ankle + 1j * ((A + H) * y[4] + c.reaction * B * y[5])))
+    P, A, H, B = _arms(pose, c)
+    return complex(1j * c.M * (2.0 * P * pose.dphi + (A + H) * pose.dalpha + B * pose.dbeta))
 
 
-def impulse_of(walked: WalkedStride, c: Constants) -> complex:
+def impulse_of(walked: WalkedStride, params: WalkerParams) -> complex:
     """The floor's impulse on the new foot at heel strike, N s.
 
     The jump of the momentum, but for what a push along the trailing leg gives of it.
@@ -161,8 +174,8 @@ def impulse_of(walked: WalkedStride, c: Constants) -> complex:
     logged = walked.logged
     if logged.outcome != Outcome.WALKED:
         return complex(math.nan, math.nan)
-    before = logged.log[-1, 1:7]
-    jump = _momentum(walked.struck(c), c) - _momentum(before, c)
+    c, (_, free) = constants_of(params), chains_of(params)
+    jump = _momentum(walked.struck(c, free), c) - _momentum(walked.last, c)
     return jump - push_of(walked)
 
 
@@ -173,13 +186,13 @@ def push_of(walked: WalkedStride) -> complex:
     return cmath.rect(walked.push, walked.logged.log[-1, 2])
 
 
-def trailing_foot(walked: WalkedStride, c: Constants) -> tuple[float, float]:
+def trailing_foot(walked: WalkedStride, params: WalkerParams) -> tuple[float, float]:
     """Upward velocities of the old ankle and of the old foot just after heel strike, m/s."""
     if walked.logged.outcome != Outcome.WALKED:
         return math.nan, math.nan
-    before, y = walked.logged.log[-1, 1:7], walked.struck(c)
-    foot, _, H, _ = vectors(y[0], y[1], y[2], c)
-    hip = 1j * ((c.R + foot) * y[3] + H * y[4])
-    ankle = hip + 1j * c.L * np.exp(1j * y[2]) * y[5]
-    centre = ankle - 1j * c.D * np.exp(1j * before[0]) * y[5]  # turning with the leg
+    c, (_, free) = constants_of(params), chains_of(params)
+    before, pose = walked.last, walked.struck(c, free)
+    P, _, H, _ = _arms(pose, c)
+    ankle = 1j * (P * pose.dphi + H * pose.dalpha + c.L * pose.swing * pose.dbeta)
+    centre = ankle - 1j * c.D * before.foot * pose.dbeta  # turning with the leg
     return float(ankle.real), float(centre.real)

@@ -28,9 +28,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from powered_walker_env.model.checks import real_number, require
-from powered_walker_env.model.mechanics.constants import constants_of
+from powered_walker_env.model.mechanics.chain import kinetic_energy, pose_of
+from powered_walker_env.model.mechanics.constants import chains_of, constants_of
 from powered_walker_env.model.mechanics.push_off import push_off, work_before
-from powered_walker_env.model.mechanics.swing import kinetic_energy
 from powered_walker_env.model.walker import WalkerParams
 
 SLOWEST, FASTEST = 1e-8, 1e3  # mid-stance rates looked at, units of √(g/L)
@@ -108,12 +108,15 @@ def ideal_push(strike: Sequence[float], params: WalkerParams) -> tuple[float, fl
     Raises:
         ValueError: no push along the trailing leg keeps the kinetic energy.
     """
-    c = constants_of(params)
+    c, (_, free) = constants_of(params), chains_of(params)
     y = tuple(float(value) for value in strike)
-    before = kinetic_energy(*y, c)
+    pose = pose_of(*y)
+    before = kinetic_energy(pose, free, c)
     unit = math.sqrt(2.0 * before * 2.0 * params.leg_mass)  # a momentum
     tries = np.array([0.0, 0.5, 1.0])
-    after = [kinetic_energy(*push_off(*y, unit * share, c), c) - before for share in tries]
+    after = [
+        kinetic_energy(push_off(pose, unit * share, free, c), free, c) - before for share in tries
+    ]
     roots = np.roots(np.polyfit(tries, after, 2))
     good = sorted(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0)
     if not good:
@@ -121,4 +124,4 @@ def ideal_push(strike: Sequence[float], params: WalkerParams) -> tuple[float, fl
             f"strike must be one that a push along the trailing leg makes up for, got {y!r}"
         )
     impulse = unit * good[0]
-    return impulse, float(work_before(*y[:3], impulse, c))
+    return impulse, float(work_before(pose, impulse, c))

@@ -1,0 +1,157 @@
+"""Where phases and strides begin and end: each lane goes on by itself.
+
+A lane whose phase has ended enters the next one of its cycle, or ends its stride, writes
+its results and begins the next stride of the batch.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from powered_walker_env.compiled.decorators import internal, once, rare
+from powered_walker_env.compiled.lanes import (
+    LANES,
+    blend_state,
+    load_state,
+    mask_of,
+)
+from powered_walker_env.model.mechanics.actuation import flow
+from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
+from powered_walker_env.model.phases import MAX_EXITS, Outcome
+from powered_walker_env.simulation.events import landing_lanes, moving_pose, over_at_once, watch
+from powered_walker_env.simulation.lockstep import GUARDS, acting, enter, place, rest, row_of
+from powered_walker_env.simulation.record import (
+    clear,
+    end_clearance,
+    look,
+    pose_here,
+    write_log,
+    write_row,
+)
+from powered_walker_env.simulation.resets import AFTER, BEFORE, WITH, apply_resets
+from powered_walker_env.simulation.resets import STOP as STOP_RESET
+from powered_walker_env.simulation.runge_kutta import chain_lanes, constants_lanes
+from powered_walker_env.simulation.sensitivity import (
+    begin,
+    enter_phases,
+    leave_phases,
+    write_derivatives,
+)
+
+WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
+STEP_LIMIT = int(Outcome.STEP_LIMIT)
+MAX_PHASES = 16  # of one stride
+
+
+@internal
+def next_stride(s, w, sums, lane, queue, batch, d):
+    """Place the next stride that can begin in a free lane; the strides begun so far."""
+    states = batch.states
+    for index in range(queue, batch.strides):
+        place(s, w, lane, index, batch)
+        clear(sums, lane)
+        enter(s, w, lane, np.int64(0), batch)  # a literal would be another type
+        begin(d, s, w, lane, row_of(index, batch.row_count))
+        if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
+            return index + 1
+        _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
+    rest(s, lane)
+    return batch.strides
+
+
+@rare
+def fill(s, w, sums, lanes, queue, batch, d):
+    """Give the free lanes (bits) a stride each; those that got one, and the strides begun."""
+    begun = np.int64(0)
+    for lane in range(LANES):
+        if lanes >> lane & 1:
+            queue = next_stride(s, w, sums, lane, queue, batch, d)
+            begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
+    return begun, queue
+
+
+@rare
+def begin_phases(s, w, sums, begun, batch):
+    """Flow, guards and sums where phases begin (bits); those that are over at once."""
+    mask, y, c = mask_of(begun), load_state(w.y, 0), constants_lanes(w.constants)
+    moved = flow(y, acting(s), chain_lanes(w.chain), c)
+    blend_state(w.flows, 0, mask, moved)
+    pose = moving_pose(w, y, moved)
+    watch(s, w, 1, GUARDS, pose, mask, s.value, s.rate)
+    look(sums, mask, pose_here(w), acting(s), chain_lanes(w.free_chain), c)
+    return over_at_once(s, batch, landing_lanes(w, batch, pose)) & begun
+
+
+@once
+def _way_out(s, lane, batch):
+    """Where a phase that has ended leads: a phase, or −1 − outcome; notes the reset."""
+    ending, phase, cycle = int(s.ending[0, lane]), int(s.phase[0, lane]), batch.cycle
+    s.reset[0, lane], s.impulse[0, lane] = 0.0, 0.0
+    if ending < 0:
+        return ending
+    if ending >= FIRST_FALL:
+        stance = math.sin(s.final[1, lane])
+        return -1 - fall_outcome(ending, stance, math.sin(s.final[0, lane]))
+    for exit in range(MAX_EXITS):
+        if cycle[phase, 2 + 3 * exit] == ending:
+            to, reset = int(cycle[phase, 4 + 3 * exit]), int(cycle[phase, 3 + 3 * exit])
+            s.reset[0, lane] = reset
+            if reset == BEFORE or reset == WITH or reset == AFTER:
+                s.impulse[0, lane] = s.strength[0, lane]
+            return to if s.phases[0, lane] < MAX_PHASES or to < 0 else -1 - STEP_LIMIT
+    return -1 - STEP_LIMIT  # not reached: only guards of the phase end it
+
+
+@internal
+def _finish(s, w, sums, lane, outcome, batch, d):
+    """Write the results of a stride that is over."""
+    index = int(s.number[0, lane])
+    walked = write_row(batch.results, index, s, w, sums, lane, outcome)
+    write_derivatives(d, index, lane, walked)
+
+
+@rare
+def end_phases(s, w, sums, ended, queue, batch, d):
+    """Pass lanes (bits) on to the next phase or stride.
+
+    Returns those that begin one, and how many strides have been begun.
+    """
+    mask, pose = mask_of(ended), pose_here(w)
+    _note_ends(s, pose, mask)
+    end_clearance(sums, s, mask, pose, constants_lanes(w.constants))
+    for lane in range(LANES):
+        if ended >> lane & 1:
+            s.leads_to[0, lane] = _way_out(s, lane, batch)
+    if ended & 1:
+        write_log(batch, s.t[0, 0], pose, s.phase[0, 0])
+    apply_resets(s, w, pose)
+    if d.n > 0:
+        leave_phases(d, s, w, mask)
+    free, continued = np.int64(0), np.int64(0)
+    for lane in range(LANES):
+        if not ended >> lane & 1:
+            continue
+        to = int(s.leads_to[0, lane])
+        if to < 0:
+            _finish(s, w, sums, lane, -1 - to, batch, d)
+            free |= 1 << lane
+            continue
+        if s.reset[0, lane] == STOP_RESET:
+            sums.lost[0, lane] += s.lost[0, lane]
+        enter(s, w, lane, to, batch)
+        continued |= 1 << lane
+    if continued & 1:
+        write_log(batch, s.t[0, 0], pose_here(w), s.phase[0, 0])
+    if d.n > 0 and continued:
+        enter_phases(d, s, w, mask_of(continued), continued)
+    begun, queue = fill(s, w, sums, free, queue, batch, d)
+    return begun | continued, queue
+
+
+@once
+def _note_ends(s, pose, mask):
+    """Write the poses where phases end."""
+    numbers = (pose.phi, pose.alpha, pose.beta, pose.dphi, pose.dalpha, pose.dbeta)
+    blend_state(s.final, 0, mask, numbers)
