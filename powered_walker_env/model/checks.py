@@ -20,6 +20,20 @@ def real_number(name: str, value: Any) -> float:
     return number
 
 
+def whole_number(name: str, value: Any, low: int, high: int | None = None) -> int:
+    """`value` as an int between two.
+
+    Raises:
+        TypeError: no integer; ValueError: one out of bounds.
+    """
+    bounds = f"at least {low}" if high is None else f"between {low} and {high}"
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise TypeError(f"{name} must be a whole number, {bounds}, got {value!r}")
+    number = int(value)
+    require(low <= number and (high is None or number <= high), name, f"be {bounds}", number)
+    return number
+
+
 def require(holds: bool, name: str, need: str, value: object, remedy: str = "") -> None:
     if not holds:
         raise ValueError(f"{name} must {need}, got {value!r}" + (f"; {remedy}" if remedy else ""))

@@ -13,6 +13,7 @@
 - long studies in pieces: `pieces`, `checkpoint`.
 """
 
+from powered_walker_env.model.powering import Policy
 from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
 from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
 from powered_walker_env.poincare.branches.branch import Branch
@@ -30,7 +31,7 @@ from powered_walker_env.poincare.energy.energetics import (
 )
 from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
+from powered_walker_env.poincare.maps import MapPoint, StrideMap
 from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin, basin_volume
 from powered_walker_env.poincare.regions.slices import Slice
 from powered_walker_env.poincare.regions.viability import Viability, viable_states

@@ -18,20 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, scheme_of
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, Policy, scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
-from powered_walker_env.poincare.maps import (
-    MapPoint,
-    Policy,
-    StrideMap,
-    natural_units,
-)
-from powered_walker_env.simulation.derivatives import PARAMETERS
+from powered_walker_env.poincare.maps import MapPoint, StrideMap
+from powered_walker_env.poincare.tolerances import SHORTEST_STRIDE as SHORTEST_STRIDE
+from powered_walker_env.simulation.derivatives import NUMBERS
+from powered_walker_env.simulation.derivatives import STATE_SIZE as STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
-STATE_SIZE = 4
-SHORTEST_STRIDE = 1e-3  # leg lengths; less is standing, where the equations are all rounding
 Bounds = tuple[float, float]  # (low, high) of a parameter
 
 
@@ -146,15 +142,16 @@ def check_parameter(name: str, control: AnyControl | Policy | None) -> None:
     Raises:
         ValueError: with the names there are.
     """
-    if name not in PARAMETERS:
-        raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-    if name in CONTROL_NUMBERS and name not in numbers_of(control):
-        walker = "a walker under a policy" if callable(control) else "this walker"
-        others = (*numbers_of(control), *(n for n in PARAMETERS if n not in CONTROL_NUMBERS))
-        raise ValueError(
-            f"parameter must not be {name!r} for {walker}, whose control has no such constant; "
-            f"choose one of {', '.join(others)}"
-        )
+    known = (*numbers_of(control), *NUMBERS)
+    if name in known:
+        return
+    if name not in CONTROL_NUMBERS:
+        raise ValueError(f"parameter must be one of {', '.join(known)}, got {name!r}")
+    walker = "a walker under a policy" if callable(control) else "this walker"
+    raise ValueError(
+        f"parameter must not be {name!r} for {walker}, whose control has no such constant; "
+        f"choose one of {', '.join(known)}"
+    )
 
 
 def numbers_of(control: AnyControl | Policy | None) -> tuple[str, ...]:
@@ -166,8 +163,8 @@ def replaced(
     control: AnyControl | Policy | None, name: str, value: float
 ) -> AnyControl | Policy | None:
     """A constant control with one number changed."""
-    changed: AnyControl = dataclasses.replace(control, **{name: value})  # type: ignore[type-var, assignment]
-    return changed
+    assert control is not None and not callable(control)
+    return dataclasses.replace(control, **{name: value})
 
 
 def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: str) -> float:

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Cycle, Outcome, encode
 from powered_walker_env.model.powering import (
+    MOTOR,
     PASSIVE,
     AnyControl,
+    Policy,
     Scheme,
+    as_policy,
     check_walkable,
-    scheme,
+    numbers_for,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.state import PostStrikeState, check_state
@@ -49,7 +53,8 @@ class Stride:
     step_length: float  # m, travel of the contact point (rolling included); 0 after a fall
     energy_in: float  # J, net work of motor, hip or push
     positive_work: float  # J, its positive part
-    energy_lost: float  # J, at the heel strike and at the ankle's stop
+    energy_lost: float  # J, at the heel strike and at the ankle's stop; below 0 only for a push
+    # at once with the strike, see `ToeOffAtStrike`
     min_clearance: float  # m, lowest of the swing foot once the legs have passed, its ground
     # at 0: 0 is a clean step, less is scuffing; NaN if they did not pass
     electrical_energy: float  # J, voltage times current of the ankle motor: ω_noload ∫τ dt
@@ -120,7 +125,7 @@ class StrideBatch:
 
 def stride(
     state: PostStrikeState | Sequence[float],
-    control: AnyControl | None,
+    control: AnyControl | Policy | None,
     params: WalkerParams,
     *,
     step_height: float = 0.0,
@@ -131,7 +136,7 @@ def stride(
     Args:
         state: post-strike state (α, s, α', β'), rad and rad/s.
         control: switch angle and stall torque, or the control of another scheme
-            (`schemes/`); None for a passive walker, whose foot stays locked.
+            (`model/powering/`); None for a passive walker, whose foot stays locked; or a policy.
         params: the walker.
         step_height: m, height of the ground ahead over the ground under the stance foot.
         rtol: accuracy asked of the post-strike state, 1e-13 to 1e-3.
@@ -144,12 +149,14 @@ def stride(
             tolerance out of bounds; TypeError: an argument of the wrong type.
     """
     checked = check_state(state)
+    control = as_policy(control, checked)
     check_walkable(params, control)
-    powered = scheme_of(control)
+    powered, start = scheme_of(control), np.array([checked])
+    row = rows_of(control, start) if callable(control) else np.array([powered.row(control)])
     results, outcomes = _run(
         powered.cycle,
-        np.array([checked]),
-        np.array([powered.row(control)]),
+        start,
+        row,
         pack(params)[np.newaxis],
         _heights(step_height, 1),
         check_rtol(rtol),
@@ -159,39 +166,54 @@ def stride(
 
 def stride_batch(
     states: ArrayLike,
-    controls: ArrayLike | None,
+    controls: ArrayLike | AnyControl | Policy | None,
     params: WalkerParams | Sequence[WalkerParams],
     *,
     step_height: ArrayLike = 0.0,
     rtol: float = 1e-9,
-    scheme: str = "motor",
+    scheme: str | None = None,
 ) -> StrideBatch:
     """N strides at once, on all cores; each bit-equal to the same call of `stride`.
 
     Args:
         states: (N, 4) post-strike states, rad and rad/s.
         controls: (N, k) or (k,) numbers of the scheme's control, for the motor k = 2
-            switch angles (rad) and stall torques (N m); None for passive walkers.
+            switch angles (rad) and stall torques (N m); or a control or a policy, as in
+            `stride`; None for passive walkers.
         params: one walker, or N of them.
         step_height: m, one height or N of them.
         rtol: as in `stride`.
-        scheme: what powers the walkers, by name (`SCHEMES`).
+        scheme: what the numbers control, by name (`SCHEMES`); the motor if left out. A
+            control or a policy knows its own.
 
     Raises:
-        ValueError: wrong shapes, or a value out of its domain, naming the row.
+        ValueError: wrong shapes, or a value out of its domain, naming the row; a scheme that
+            is not the control's.
     """
-    cycle, start, angles, rows = check_batch(states, controls, params, scheme)
-    heights = _heights(step_height, len(start))
-    return run_batch(cycle, start, angles, rows, heights, check_rtol(rtol))
+    batch = check_batch(states, controls, params, scheme)
+    heights = _heights(step_height, len(batch.states))
+    return run_batch(
+        batch.scheme.cycle, batch.states, batch.controls, batch.rows, heights, check_rtol(rtol)
+    )
+
+
+class CheckedBatch(NamedTuple):
+    """What `stride_batch` takes, checked, as the kernel takes it."""
+
+    scheme: Scheme
+    policy: Policy | None
+    states: Array  # (N, 4)
+    controls: Array  # (N, 2)
+    rows: Array  # (N or 1, PACKED) packed walkers
 
 
 def check_batch(
     states: ArrayLike,
-    controls: ArrayLike | None,
+    controls: ArrayLike | AnyControl | Policy | None,
     params: WalkerParams | Sequence[WalkerParams],
-    powered_by: str = "motor",
-) -> tuple[Cycle, Array, Array, Array]:
-    """Cycle, states (N, 4), controls (N, 2) and packed walkers (N or 1) of `stride_batch`.
+    scheme: str | None = None,
+) -> CheckedBatch:
+    """The arguments of `stride_batch`.
 
     Raises:
         ValueError: wrong shapes, or a value out of its domain, naming the row.
@@ -201,12 +223,49 @@ def check_batch(
     walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
     if len(walkers) not in (1, count):
         raise ValueError(f"params must be one walker or {count}, got {len(walkers)}")
-    powered = PASSIVE if controls is None else scheme(powered_by)
-    some_control = powered.control_of((1.0, 0.0))
+    control: Any = as_policy(controls, *start[:1]) if callable(controls) else controls
+    powered = _scheme_for(control, scheme)
     for walker in walkers:
-        check_walkable(walker, some_control)
+        if not isinstance(walker, WalkerParams):
+            raise TypeError(f"params must be a WalkerParams or several, got {walker!r}")
+        powered.refuse(walker)
     rows = np.array([pack(walker) for walker in walkers])
-    return powered.cycle, start, _controls(controls, powered, count), rows
+    if _is_numbers(control):
+        chosen = powered.rows(_numbers(control, powered, count))
+    else:
+        chosen = rows_of(control, start)
+    return CheckedBatch(powered, control if callable(control) else None, start, chosen, rows)
+
+
+def rows_of(control: AnyControl | Policy | None, states: Array) -> Array:
+    """(N, 2) the kernel's rows of the controls of strides from states (N, 4), checked.
+
+    Raises:
+        ValueError: a policy's numbers of another shape, or outside their domain.
+    """
+    powered, numbers = scheme_of(control), numbers_for(control, states)
+    powered.check(numbers)
+    return powered.rows(numbers)
+
+
+def _is_numbers(control: Any) -> bool:
+    """Whether it is an array of numbers, rather than a control, a policy or None."""
+    fields = hasattr(control, "__dataclass_fields__")
+    return not (control is None or callable(control) or fields)
+
+
+def _scheme_for(control: Any, name: str | None) -> Scheme:
+    """What powers the walkers of a batch."""
+    if _is_numbers(control):
+        return MOTOR if name is None else scheme_named(name)
+    own = scheme_of(control)
+    if name is not None and scheme_named(name) is not own:
+        given = "None, which is passive" if own is PASSIVE else f"one of scheme {own.name!r}"
+        raise ValueError(
+            f"controls must be of scheme {name!r}, got {given}; leave scheme out, or give its "
+            "numbers"
+        )
+    return own
 
 
 def run_batch(
@@ -226,11 +285,12 @@ def check_rtol(rtol: float) -> float:
     """The tolerance as a float.
 
     Raises:
-        ValueError: outside 1e-13 to 1e-3.
+        ValueError: outside 1e-13 to 1e-3; TypeError: no number.
     """
-    if not TIGHTEST <= rtol <= LOOSEST:
+    tolerance = real_number("rtol", rtol)
+    if not TIGHTEST <= tolerance <= LOOSEST:
         raise ValueError(f"rtol must lie in [{TIGHTEST}, {LOOSEST}], got {rtol!r}")
-    return float(rtol)
+    return tolerance
 
 
 def _run(
@@ -301,26 +361,18 @@ def _require_rows(good: NDArray[np.bool_], name: str, need: str, values: Array) 
         raise ValueError(f"{name} must {need}, got {values[row].tolist()} in row {row}")
 
 
-def _controls(controls: ArrayLike | None, powered: Scheme, count: int) -> Array:
-    """(N, 2) the kernel's rows of the controls."""
-    wanted = len(powered.columns)
-    if controls is None:
-        return powered.rows(np.empty((count, 0)))
+def _numbers(controls: ArrayLike, powered: Scheme, count: int) -> Array:
+    """(N, k) the numbers of the controls, checked."""
     values = np.asarray(controls, dtype=np.float64)
     if values.ndim == 1:
         values = np.tile(values, (count, 1))
-    values = _matrix("controls", values, wanted)
+    values = _matrix("controls", values, len(powered.columns))
     if len(values) != count:
         raise ValueError(
             f"controls must have one row for each of {count} states, got {len(values)}"
         )
-    rows = powered.rows(values)
-    inside = (rows[:, 0] > 0) & (rows[:, 0] < 2 * math.pi)
-    _require_rows(inside, "controls", "have switch angles in (0, 2*pi)", values)
-    if powered.positive:
-        need = f"have {powered.numbers[-1].replace('_', ' ')}s that are not negative"
-        _require_rows(rows[:, 1] >= 0, "controls", need, values)
-    return rows
+    powered.check(values)
+    return values
 
 
 def _heights(step_height: ArrayLike, count: int) -> Array:

@@ -128,8 +128,9 @@ def test_a_policy_comes_back_as_its_name_and_says_so(tmp_path: Path) -> None:
     row = np.array([[control.switch_angle, control.stall_torque]])
     gait = find_gait(THESIS.params, lambda states: np.repeat(row, len(states), 0), THESIS.state)
     loaded = load_result(save_result(gait, tmp_path / "gait.npz"))
-    assert isinstance(loaded.control, UnsavedPolicy)
-    assert "lambda" in loaded.control.description
+    assert isinstance(loaded.control.function, UnsavedPolicy)
+    assert loaded.control.scheme == gait.control.scheme == "motor"
+    assert "lambda" in loaded.control.function.description
     with pytest.raises(ValueError, match=r"the policy .*lambda.* was not saved"):
         loaded.control(np.zeros((1, 4)))
     assert same(loaded, dataclasses.replace(gait, control=loaded.control))

@@ -177,7 +177,7 @@ def test_second_derivatives_are_refused() -> None:
         ({"states": torch.zeros((1, 4), dtype=torch.int64)}, TypeError, "states must be of type"),
         ({"states": np.zeros((1, 4))}, TypeError, "states must be a tensor, got array"),
         ({"controls": torch.zeros((3, 2))}, ValueError, "controls must have one row for each"),
-        ({"controls": torch.tensor([7.0, 1.0])}, ValueError, "controls must have switch angles"),
+        ({"controls": torch.tensor([7.0, 1.0])}, ValueError, "controls: switch_angle must lie"),
         (
             {"parameters": {"foot_radius": torch.tensor(-1.0)}},
             ValueError,

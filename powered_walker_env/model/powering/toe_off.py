@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from powered_walker_env.model.checks import require
 from powered_walker_env.model.phases import (
     Cycle,
     Exit,
@@ -20,6 +21,7 @@ from powered_walker_env.model.phases import (
 )
 from powered_walker_env.model.powering.scheme import STRENGTH, Scheme
 from powered_walker_env.model.quantities import NOT_NEGATIVE, check_numbers, documented, quantity
+from powered_walker_env.model.walker import WalkerParams
 
 
 def _pushed(reset: Reset) -> Cycle:
@@ -58,8 +60,21 @@ class LateToeOff(ToeOff):
     """A push just after heel strike."""
 
 
-TOE_OFF = Scheme("toe-off", _pushed(Reset.PUSH_BEFORE), ToeOff, (STRENGTH,))
-TOE_OFF_AT_STRIKE = Scheme(
-    "toe-off-at-strike", _pushed(Reset.PUSH_WITH), ToeOffAtStrike, (STRENGTH,)
-)
-LATE_TOE_OFF = Scheme("late-toe-off", _pushed(Reset.PUSH_AFTER), LateToeOff, (STRENGTH,))
+def _needs_a_foot_with_mass(params: WalkerParams) -> None:
+    pointed = params.foot_length == 0 and params.foot_radius == 0
+    require(
+        pointed or not params.massless_foot,
+        "leg_inertia",
+        "be positive for a push-off from a foot that is not a point",
+        params.leg_inertia,
+        "the impulse would turn a massless leg infinitely fast",
+    )
+
+
+def _scheme(name: str, reset: Reset, control: type[ToeOff]) -> Scheme:
+    return Scheme(name, _pushed(reset), control, (STRENGTH,), _needs_a_foot_with_mass)
+
+
+TOE_OFF = _scheme("toe-off", Reset.PUSH_BEFORE, ToeOff)
+TOE_OFF_AT_STRIKE = _scheme("toe-off-at-strike", Reset.PUSH_WITH, ToeOffAtStrike)
+LATE_TOE_OFF = _scheme("late-toe-off", Reset.PUSH_AFTER, LateToeOff)

@@ -18,7 +18,7 @@ import numpy as np
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.phases import Joints, Outcome
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.energy.ground_force import (
@@ -30,7 +30,6 @@ from powered_walker_env.poincare.energy.ground_force import (
     trailing_foot,
 )
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.simulation import record
 from powered_walker_env.simulation.strides import Array
 

@@ -30,7 +30,7 @@ from powered_walker_env.model.powering import (
     StoppedControl,
     ToeOff,
     ToeOffAtStrike,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import preset
@@ -149,7 +149,7 @@ def start_on_the_level(passive_preset: str, name: str) -> Gait:
         ValueError: a preset that has a motor, or a scheme that these legs cannot be powered by.
     """
     params, control, state, _ = preset(passive_preset)
-    powered = scheme(name)
+    powered = scheme_named(name)
     if control is not None or powered.control is None or _draws(powered):
         raise ValueError(
             f"scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
@@ -192,7 +192,7 @@ def first_gait(name: str, preset_name: str) -> tuple[Gait, str]:
         ValueError, GaitNotFoundError: as `start_on_the_level`.
     """
     params, control, state, _ = preset(preset_name)
-    powered = scheme(name)
+    powered = scheme_named(name)
     if powered.control is None:
         if control is not None:
             raise ValueError(

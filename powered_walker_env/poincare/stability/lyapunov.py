@@ -15,13 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import ORBIT_RTOL
 from powered_walker_env.simulation.strides import Array
-
-RTOL = 1e-10  # of strides and Jacobians
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +54,7 @@ def lyapunov_exponent(
     transient: int = 200,
     blocks: int = 20,
     seed: int = 0,
-    rtol: float = RTOL,
+    rtol: float = ORBIT_RTOL,
 ) -> LyapunovExponent:
     """The largest Lyapunov exponent along the orbit from a state.
 
@@ -65,7 +64,7 @@ def lyapunov_exponent(
         strides: counted, after the transient.
         blocks: their means' scatter gives the standard error; make them much longer
             than the orbit's memory, or it comes out too small.
-        seed: of the first tangent's direction, which is soon forgotten.
+        seed: of the first tangent vector, which is soon forgotten.
 
     Raises:
         ValueError: fewer than two strides for a block, or fewer than two blocks.

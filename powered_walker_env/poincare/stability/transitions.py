@@ -16,8 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.stability.robustness import require_stable
 from powered_walker_env.simulation.strides import Array
 
