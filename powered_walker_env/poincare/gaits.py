@@ -36,7 +36,7 @@ SECTIONS = ("switch", "post-strike")
 HALVINGS = 8  # of a Newton step that does not bring the residual down
 RANDOM_STARTS = 512  # states tried when no guess is given
 NEAREST = 12  # of them, the nearest to periodic ones, from which Newton starts
-NUDGE = 1e-4  # natural units, off a gait of a shorter period, to walk away from it
+NUDGE = np.array([0.0, 0.0, 1e-4, 1e-4])  # natural units: a push off a gait of a shorter period
 SETTLING, LONGEST_WALK = 400, 20_000  # strides, for each of the period and at most, of that walk
 
 
@@ -262,7 +262,7 @@ def newton(
         residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
     for _ in range(NEWTON_STEPS):
         if not np.isfinite(point.by_state).all():
-            return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
+            return None, f"a stride from {_short(state)} ends with: {point.outcome.label}"
         change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
         trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
         residuals = residuals_of(stride_map, trials, period)
@@ -273,7 +273,7 @@ def newton(
         point = stride_map.differentiate(state, period)
     if residual <= converged:
         return state, ""
-    return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
+    return None, f"Newton stopped at a residual of {residual:.2g} near {_short(state)}"
 
 
 def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> Gait:

@@ -73,14 +73,19 @@ class StrideBatch:
         return self.results[:, record.STATE]
 
     @property
+    def final(self) -> Array:
+        """(N, 6) (φ, α, β) and their rates at the ends, before any heel strike."""
+        return self.results[:, record.FINAL]
+
+    @property
     def final_q(self) -> Array:
         """(N, 3) rad, relative angles at the ends, before any heel strike."""
-        return relative(self.results[:, record.FINAL][:, :3])
+        return relative(self.final[:, :3])
 
     @property
     def final_u(self) -> Array:
         """(N, 3) rad/s, their rates."""
-        return relative(self.results[:, record.FINAL][:, 3:])
+        return relative(self.final[:, 3:])
 
     @property
     def walked(self) -> NDArray[np.bool_]:

@@ -30,6 +30,7 @@ from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.cascades import doubling_cascade
 from powered_walker_env.poincare.branches.ramps import bifurcation_diagram
 from powered_walker_env.poincare.energy.contact import contact_of, contact_report
+from powered_walker_env.poincare.energy.energetics import costs
 from powered_walker_env.poincare.energy.ground_force import ground_force
 from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.basins import basin, basin_volume
@@ -157,6 +158,13 @@ def transitions_of(gait: Gait) -> None:
     assert times.growth > 0
 
 
+def costs_of(gait: Gait) -> None:
+    found = costs(gait)
+    assert found.mechanical == pytest.approx(gait.cost_of_transport, rel=1e-12)
+    assert found.net == pytest.approx(found.lost, rel=1e-6, abs=1e-9)  # what is put in is lost
+    assert found.scheme == scheme_of(gait.control).name
+
+
 def saved(gait: Gait) -> None:
     path = Path(f"{gait.section}.npz")
     save_result(gait, path)
@@ -166,7 +174,7 @@ def saved(gait: Gait) -> None:
     assert again.electrical_energy == gait.electrical_energy
 
 
-@pytest.mark.parametrize("question", [sensitivity_of, transitions_of, saved])
+@pytest.mark.parametrize("question", [sensitivity_of, transitions_of, costs_of, saved])
 @pytest.mark.parametrize("name", NAMES)
 def test_gaits_of_every_scheme(
     name: str,

@@ -41,7 +41,6 @@ from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.families import Bounds, value_of
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import StrideMap
-from powered_walker_env.simulation import record
 
 HANDED_OVER = 8  # steps from the slope to the level
 CLOSED_BY = math.pi  # q3 at which a hip torque ends: the legs side by side
@@ -75,32 +74,25 @@ class Costs(NamedTuple):
 
 
 def costs(gait: Gait, parameter: str = "") -> Costs:
-    """The costs of one gait under a constant control or none.
+    """The costs of one gait.
 
     Args:
         gait: any period. parameter: names what changes along its family, if it has one.
-
-    Raises:
-        ValueError: under a policy, which has no scheme's strength to compare by.
     """
-    if callable(gait.control):
-        raise ValueError(
-            "gait must have a constant control to compare its costs, got one under a policy"
-        )
-    control: AnyControl | None = gait.control
-    batch = StrideMap(gait.params, control).strides(gait.states)
+    stride_map = StrideMap(gait.params, gait.control)
+    batch, powered = stride_map.strides(gait.states), stride_map.scheme
     carried = 2.0 * gait.params.leg_mass * gait.params.gravity * gait.step_length
     pushed, put_in, lost = (
         math.fsum(energy.tolist()) / carried
         for energy in (batch.positive_work, batch.energy_in, batch.energy_lost)
     )
-    powered, gravity = scheme_of(control), math.sin(gait.params.slope)
+    gravity = math.sin(gait.params.slope)
     drawn = math.fsum(batch.electrical_energy.tolist()) / carried
-    strikes = batch.results[:, record.FINAL]
+    strikes = batch.final
     return Costs(
         scheme=powered.name,
         parameter=parameter,
-        value=value_of(gait.params, control, parameter) if parameter else math.nan,
+        value=value_of(gait.params, gait.control, parameter) if parameter else math.nan,
         speed=gait.speed,
         step_length=gait.step_length / gait.period,
         spectral_radius=gait.spectral_radius,
