@@ -1,7 +1,7 @@
 """Impulsive toe-off: a push along the trailing leg around heel strike (McGeer 1990; Kuo 2002).
 
 Before, with or after the heel strike the state that follows is the same, but the work is
-not: see `physics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
+not: see `mechanics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,14 @@ class ToeOff:
 
 @dataclass(frozen=True)
 class ToeOffAtStrike(ToeOff):
-    """A push at once with the heel strike."""
+    """A push at once with the heel strike.
+
+    Both impulses grow together, so each does its work over the mean velocity of its point, and
+    what a stride loses is what the floor takes at the new foot, −½⟨floor's impulse, velocity
+    before⟩. It is below zero, the floor gives, where the push alone would throw the new foot
+    off: the plastic strike then holds it by pulling at it, or drags it along, which no floor
+    does (`ContactReport.strike_pushes`). A push before or after the strike never has this.
+    """
 
 
 @dataclass(frozen=True)
