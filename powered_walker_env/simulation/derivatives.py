@@ -65,6 +65,9 @@ class BatchDerivatives:
     names: tuple[str, ...]  # (n,)
     controls: int  # k
 
+    def __repr__(self) -> str:
+        return f"BatchDerivatives({self.strides!r} by {', '.join(self.names)})"
+
     @property
     def by_state(self) -> Array:
         """(N, 4, 4) of the post-strike states by the states."""

@@ -67,6 +67,9 @@ class StrideBatch:
     outcome: NDArray[np.int64]  # (N,), values of `Outcome`
     results: Array = field(repr=False)  # (N, record.RESULTS): the kernel's rows
 
+    def __repr__(self) -> str:
+        return f"StrideBatch({len(self.outcome)} strides, {int(self.walked.sum())} walked)"
+
     @property
     def state(self) -> Array:
         """(N, 4) after the heel strikes; NaN after a fall."""

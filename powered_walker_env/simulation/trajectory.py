@@ -60,6 +60,13 @@ class Trajectory:
     outcome: Outcome  # of the last stride
     motor_on: NDArray[np.bool_]  # (n,) whether the ankle's motor runs
 
+    def __repr__(self) -> str:
+        strides = len(self.landings) - 1
+        return (
+            f"Trajectory({strides} stride{'s' * (strides != 1)}, {self.t[-1]:.4g} s, "
+            f"{self.landings[-1]:.4g} m, {len(self.t)} samples, {self.outcome.label})"
+        )
+
 
 class LoggedStride(NamedTuple):
     """One stride with its samples."""

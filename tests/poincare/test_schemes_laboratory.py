@@ -154,7 +154,7 @@ def sensitivity_of(gait: Gait) -> None:
 
 
 def transitions_of(gait: Gait) -> None:
-    times = transition_times(gait, (0.5,), size=1e-6, directions=2, limit=3)
+    times = transition_times(gait, (0.5,), size=1e-6, deviations=2, limit=3)
     assert times.growth > 0
 
 

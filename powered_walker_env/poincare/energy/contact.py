@@ -63,6 +63,11 @@ class ContactReport:
     stop_overrun: float  # rad, how far the powered foot falls back past its stop, q2 − q2_lock
     ankle_reversals: int  # times the ankle turns round while the motor runs
 
+    def __repr__(self) -> str:
+        found = "; ".join(self.violations()) or "nothing that the model assumes is broken"
+        strides = f"{self.strides} stride{'s' * (self.strides != 1)}"
+        return f"ContactReport({strides}, {self.outcome.label}: {found})"
+
     @property
     def min_normal_fraction(self) -> float:
         """Least normal force as a fraction of the weight."""

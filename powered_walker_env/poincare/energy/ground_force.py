@@ -55,6 +55,10 @@ class GroundForce:
     # after a fall
     push: tuple[float, float]  # N s, the same of a push-off, on the old foot
 
+    def __repr__(self) -> str:
+        least, most = self.normal.min(), self.normal.max()
+        return f"GroundForce({self.t[-1]:.4g} s, normal {least:.4g} to {most:.4g} N)"
+
 
 def ground_force(
     params: WalkerParams,

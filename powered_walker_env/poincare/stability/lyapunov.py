@@ -39,6 +39,12 @@ class LyapunovExponent:
     states: Array = field(repr=False)  # (strides, 4) of the orbit
     outcome: Outcome  # of the last stride
 
+    def __repr__(self) -> str:
+        return (
+            f"LyapunovExponent({self.exponent:.4f} ± {self.standard_error:.4f} per stride, "
+            f"{len(self.growth)} strides, {self.outcome.label})"
+        )
+
     @property
     def chaotic(self) -> bool:
         """Whether the exponent is positive beyond three standard errors."""

@@ -54,6 +54,10 @@ class GaitSensitivity:
     D: Array = field(repr=False)  # (period, q, m)
     parts: Array  # (q, m) the norm of each indicator by each disturbance
 
+    def __repr__(self) -> str:
+        what, by = ", ".join(self.indicators), ", ".join(self.disturbances)
+        return f"GaitSensitivity({self.norm:.4g}: {what} by {by})"
+
     @property
     def norm(self) -> float:
         """The gait sensitivity norm ‖∂g/∂e‖₂."""

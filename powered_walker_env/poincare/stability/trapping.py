@@ -39,6 +39,9 @@ class Trap:
     contraction: float  # worst V(after the period)/V(before) over the samples within
     samples: int  # strides of the check
 
+    def __repr__(self) -> str:
+        return f"Trap({len(self.radii)} ellipsoids, contraction {self.contraction:.3g})"
+
     def holds(self, states: Array) -> NDArray[np.bool_]:
         """(N,) whether each state (N, 4) is inside one of the ellipsoids."""
         inside = np.zeros(len(states), np.bool_)
