@@ -1,7 +1,7 @@
 """Impulsive toe-off: a push along the trailing leg around heel strike (McGeer 1990; Kuo 2002).
 
 Before, with or after the heel strike the state that follows is the same, but the work is
-not: see `mechanics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
+not: see `model/mechanics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A cost of transport is an energy over weight times distance, dimensionless, so that a slope's
 is its sine (McGeer 1990; Collins et al. 2005). On a gait all that is put in is lost:
-motor or push or hip, and gravity, make up for the collisions. `transition.py` has what a
+motor or push or hip, and gravity, make up for the collisions. `least_cost.py` has what a
 transition must cost at least.
 
     costs(find_gait(params, ToeOff(0.1), state))
@@ -23,11 +23,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from powered_walker_env.model.powering import (
+    SCHEMES,
     AnyControl,
     HipTorque,
     LateToeOff,
     Scheme,
-    StoppedControl,
     ToeOff,
     ToeOffAtStrike,
     scheme_named,
@@ -185,23 +185,29 @@ def first_gait(name: str, preset_name: str) -> tuple[Gait, str]:
     """
     params, control, state, _ = preset(preset_name)
     powered = scheme_named(name)
+    if name not in schemes_for(preset_name):
+        raise ValueError(
+            f"scheme must be one of {', '.join(schemes_for(preset_name))} on the legs of "
+            f"{preset_name!r}, got {name!r}"
+        )
     if powered.control is None:
-        if control is not None:
-            raise ValueError(
-                f"scheme 'passive' needs a passive preset, got {preset_name!r}; choose motor"
-            )
         return find_gait(params, None, state), "slope"
-    if control is not None and _draws(powered):
-        same: Any = control if name == "motor" else StoppedControl(*dataclasses.astuple(control))
-        return find_gait(params, same, state), "stall_torque"
-    return start_on_the_level(preset_name, name), powered.numbers[-1]
+    if control is None:
+        return start_on_the_level(preset_name, name), powered.numbers[-1]
+    same: AnyControl = powered.control(*dataclasses.astuple(control))
+    return find_gait(params, same, state), powered.numbers[-1]
 
 
 def schemes_for(preset_name: str) -> tuple[str, ...]:
-    """Names of the schemes that a preset's legs can be powered by."""
+    """Names of the schemes that a preset's legs can be powered by.
+
+    On a powered preset's gait, those whose controls have the same numbers: both motors, or
+    the three timings of a push.
+    """
     params, control, _, _ = preset(preset_name)
     if control is not None:
-        return ("motor", "motor-with-stop")
+        same = scheme_of(control).numbers
+        return tuple(name for name, each in SCHEMES.items() if each.numbers == same)
     timings = ("toe-off", "toe-off-at-strike", "late-toe-off")
     return ("passive", *timings, *(() if params.massless_foot else ("hip-torque",)))
 
@@ -247,7 +253,7 @@ def at_equal_gait(gait: Gait) -> dict[str, Costs]:
     """A toe-off gait's costs if it pushed before, with or after the heel strike.
 
     The state after is the same, and so the gait, its speed and its step length; the work is
-    not (`physics/push_off.py`).
+    not (`model/mechanics/push_off.py`).
 
     Raises:
         GaitNotFoundError, ValueError: not a toe-off gait.
