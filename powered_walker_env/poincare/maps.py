@@ -41,7 +41,7 @@ from powered_walker_env.simulation.derivatives import (
     policy_derivative,
     run_derivatives,
 )
-from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
+from powered_walker_env.simulation.strides import Array, StrideBatch, check_rtol, run_batch
 from powered_walker_env.simulation.trajectory import log_stride
 
 
@@ -87,7 +87,7 @@ class StrideMap:
     """A walker under a constant control, none, or a policy, as a map of post-strike states.
 
     Raises:
-        ValueError, TypeError: a walker that the control cannot power.
+        ValueError, TypeError: a walker that the control cannot power, a tolerance out of bounds.
     """
 
     params: WalkerParams
@@ -96,6 +96,7 @@ class StrideMap:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "control", as_policy(self.control))
+        object.__setattr__(self, "rtol", check_rtol(self.rtol))
         check_walkable(self.params, self.control)
 
     @property

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Outcome, stride
+from powered_walker_env import (
+    PRESETS,
+    Outcome,
+    basin,
+    differentiate_batch,
+    lyapunov_exponent,
+    stride,
+    stride_batch,
+    walk,
+)
 from powered_walker_env.model.powering import as_policy
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import PARAMETERS, StrideMap, find_gait
@@ -94,6 +106,33 @@ def test_unknown_parameters_and_misshapen_policies_are_refused() -> None:
     with pytest.raises(ValueError, match=r"controls of shape \(1, 2\), got \(2,\)"):
         StrideMap(PARAMS, lambda states: NOMINAL)(np.array([STATE]))
     assert "physics" not in PARAMETERS
+
+
+@pytest.mark.parametrize(
+    ("rtol", "error"),
+    [
+        (None, TypeError),
+        (1.0, ValueError),
+        (-1e-9, ValueError),
+        (np.nan, ValueError),
+        (0, ValueError),
+    ],
+)
+def test_tolerances_out_of_bounds_are_refused_wherever_strides_are_walked(
+    rtol: Any, error: type[Exception]
+) -> None:
+    ways: list[Callable[[], Any]] = [
+        lambda: stride(STATE, CONTROL, PARAMS, rtol=rtol),
+        lambda: walk(STATE, CONTROL, PARAMS, 1, rtol=rtol),
+        lambda: stride_batch([STATE], CONTROL, PARAMS, rtol=rtol),
+        lambda: differentiate_batch([STATE], CONTROL, PARAMS, rtol=rtol),
+        lambda: StrideMap(PARAMS, CONTROL, rtol),
+        lambda: lyapunov_exponent(PARAMS, CONTROL, STATE, rtol=rtol),
+        lambda: basin(PARAMS, CONTROL, [STATE], gaits=[], rtol=rtol),
+    ]
+    for way in ways:
+        with pytest.raises(error, match="rtol must"):
+            way()
 
 
 def test_a_map_after_a_fall_is_not_a_number_and_says_how_it_fell() -> None:

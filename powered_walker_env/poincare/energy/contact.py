@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.phases import Joints, Outcome
@@ -154,8 +155,7 @@ def contact_report(
     Raises:
         ValueError: a bad argument.
     """
-    if strides < 1:
-        raise ValueError(f"strides must be at least 1, got {strides!r}")
+    strides = whole_number("strides", strides, 1)
     reports = [
         _examine(stride, params) for stride in logged_strides(params, control, state, strides)
     ]

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
@@ -73,13 +74,11 @@ def lyapunov_exponent(
         seed: of the first tangent vector, which is soon forgotten.
 
     Raises:
-        ValueError: fewer than two strides for a block, or fewer than two blocks.
+        ValueError, TypeError: fewer than two strides for a block, or fewer than two blocks.
     """
-    if blocks < 2 or strides < 2 * blocks or transient < 0:
-        raise ValueError(
-            "strides must be at least twice blocks, blocks at least 2, transient at least 0, "
-            f"got {strides!r}, {blocks!r}, {transient!r}"
-        )
+    blocks = whole_number("blocks", blocks, 2)
+    strides = whole_number("strides", strides, 2 * blocks)
+    transient = whole_number("transient", transient, 0)
     stride_map, units = StrideMap(params, control, rtol), natural_units(params)
     start = check_state(state)
     x, tangent = np.array(start), np.random.default_rng(seed).normal(size=4)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.checks import real_number, require, whole_number
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import StrideMap
@@ -67,8 +68,14 @@ def transition_times(
         size: of the deviations simulated, natural units (radians; rates over √(g/L)).
         deviations: how many, uniform on the sphere, seeded.
         limit: strides walked at most.
+
+    Raises:
+        ValueError, TypeError: an unstable gait, or an argument out of its domain.
     """
     require_stable(gait)
+    deviations, limit = whole_number("deviations", deviations, 1), whole_number("limit", limit, 1)
+    size = real_number("size", size)
+    require(size > 0, "size", "be positive", size)
     shares = np.array(levels, np.float64)
     if shares.ndim != 1 or not len(shares) or (shares <= 0).any() or (shares >= 1).any():
         raise ValueError(f"levels must lie in (0, 1), got {levels!r}")
