@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import numbers
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+Known = TypeVar("Known")
 
 
 def real_number(name: str, value: Any) -> float:
@@ -26,12 +29,22 @@ def whole_number(name: str, value: Any, low: int, high: int | None = None) -> in
     Raises:
         TypeError: no integer; ValueError: one out of bounds.
     """
-    bounds = f"at least {low}" if high is None else f"between {low} and {high}"
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise TypeError(f"{name} must be a whole number, {bounds}, got {value!r}")
+        raise TypeError(f"{name} must be a whole number, got {value!r}")
     number = int(value)
-    require(low <= number and (high is None or number <= high), name, f"be {bounds}", number)
+    require(number >= low, name, f"be at least {low}", number)
+    require(high is None or number <= high, name, f"be at most {high}", number)
     return number
+
+
+def one_of(name: str, value: str, known: Mapping[str, Known]) -> Known:
+    """What is known by that name.
+
+    Raises:
+        ValueError: nothing is; the message lists the names.
+    """
+    require(value in known, name, f"be one of {', '.join(known)}", value)
+    return known[value]
 
 
 def require(holds: bool, name: str, need: str, value: object, remedy: str = "") -> None:

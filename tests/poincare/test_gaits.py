@@ -234,8 +234,8 @@ def test_bad_arguments_are_named() -> None:
         find_gait(preset.params, preset.control, preset.state, section="apex")
     with pytest.raises(ValueError, match="'post-strike' for a passive walker"):
         find_gait(WalkerParams(), None, section="switch")
-    for period in (0, 10**6):
-        with pytest.raises(ValueError, match="period must be between 1 and 1024, got"):
+    for period, need in ((0, "at least 1, got 0"), (10**6, "at most 1024, got 1000000")):
+        with pytest.raises(ValueError, match=f"period must be {need}"):
             find_gait(preset.params, preset.control, period=period)
-    with pytest.raises(TypeError, match=r"period must be a whole number, .* got 1\.5"):
+    with pytest.raises(TypeError, match=r"period must be a whole number, got 1\.5"):
         find_gait(preset.params, preset.control, period=1.5)  # type: ignore[arg-type]

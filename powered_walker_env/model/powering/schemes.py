@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from powered_walker_env.model.checks import one_of
 from powered_walker_env.model.phases import encode
 from powered_walker_env.model.powering.hip_torque import HIP
 from powered_walker_env.model.powering.motor import MOTOR
@@ -97,9 +98,7 @@ def scheme_named(name: str) -> Scheme:
     Raises:
         ValueError: no such scheme; the message lists them.
     """
-    if name not in SCHEMES:
-        raise ValueError(f"scheme must be one of {', '.join(SCHEMES)}, got {name!r}")
-    return SCHEMES[name]
+    return one_of("scheme", name, SCHEMES)
 
 
 for _scheme in (MOTOR, STOPPED_MOTOR, TOE_OFF, TOE_OFF_AT_STRIKE, LATE_TOE_OFF, HIP, PASSIVE):
