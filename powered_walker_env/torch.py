@@ -20,13 +20,14 @@ from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, Polic
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import record
+from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
 from powered_walker_env.simulation.derivatives import (
     NUMBERS,
     directions,
     policy_derivative,
     run_derivatives,
 )
-from powered_walker_env.simulation.strides import Array, check_batch, check_rtol, run_batch
+from powered_walker_env.simulation.strides import run_batch
 
 _FLAT = np.zeros(1)  # m, step of the ground: the kernel differentiates strides on flat ground
 _PRECISIONS = (torch.float32, torch.float64)

@@ -2,7 +2,8 @@
 
 - what is the map, and its derivative? `maps`; which tolerances hold everywhere?
   `tolerances`;
-- which gaits are there? `gaits` (near a guess), `search` (everywhere, or of a given speed);
+- which gaits are there? `gaits` (near a guess, by `fixed_points`), `search` (everywhere),
+  `wanted` (of a given speed or step length);
 - how do they change with a parameter? `families`, and the room `branches`: continuation,
   special points, cascades to chaos, boundaries in two parameters, ramps by brute force;
 - how stable, beyond the multipliers? the room `stability`;
@@ -43,7 +44,7 @@ from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin
 from powered_walker_env.poincare.regions.slices import Slice
 from powered_walker_env.poincare.regions.viability import Viability, viable_states
 from powered_walker_env.poincare.regulator import Regulator, regulate
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.search import find_gaits
 from powered_walker_env.poincare.stability import (
     GaitSensitivity,
     LyapunovExponent,
@@ -54,6 +55,7 @@ from powered_walker_env.poincare.stability import (
     transition_times,
     trap_around,
 )
+from powered_walker_env.poincare.wanted import find_gait_with
 from powered_walker_env.poincare.work.pieces import LostWorkersError, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
 

@@ -1,4 +1,4 @@
-"""Gaits: fixed points of the stride map by damped Newton (Camp 1997, section 7)."""
+"""Gaits: the limit cycles near a guess, and what they are like (Camp 1997, section 7)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import (
     MOTOR,
     PASSIVE,
@@ -22,18 +21,13 @@ from powered_walker_env.model.powering import (
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.fixed_points import newton as newton
+from powered_walker_env.poincare.fixed_points import refusal, relative_residuals, short
 from powered_walker_env.poincare.maps import StrideMap, switch_section
-from powered_walker_env.poincare.tolerances import (
-    LONGEST_PERIOD,
-    NEWTON_STEPS,
-    RESIDUAL,
-    SAME_STATE,
-    SHORTEST_STRIDE,
-)
+from powered_walker_env.poincare.tolerances import LONGEST_PERIOD
 from powered_walker_env.simulation.strides import Array
 
 SECTIONS = ("switch", "post-strike")
-HALVINGS = 8  # of a Newton step that does not bring the residual down
 RANDOM_STARTS = 512  # states tried when no guess is given
 NEAREST = 12  # of them, the nearest to periodic ones, from which Newton starts
 NUDGE = np.array([0.0, 0.0, 1e-4, 1e-4])  # natural units: a push off a gait of a shorter period
@@ -68,7 +62,7 @@ class Gait:
         stable = "stable" if self.stable else "unstable"
         return (
             f"Gait({self.control!r}, period {self.period}, {stable} at {self.spectral_radius:.4f}, "
-            f"{self.step_length:.4f} m in {self.duration:.4f} s, from {_short(self.state)})"
+            f"{self.step_length:.4f} m in {self.duration:.4f} s, from {short(self.state)})"
         )
 
     @property
@@ -96,10 +90,6 @@ class Gait:
         weight = 2.0 * self.params.leg_mass * self.params.gravity
         gravity = max(math.sin(self.params.slope), 0.0)
         return self.positive_work / (weight * self.step_length) + gravity
-
-
-def _short(state: Sequence[float] | Array) -> str:
-    return "(" + ", ".join(f"{value:.4f}" for value in state) + ")"
 
 
 def find_gait(
@@ -169,26 +159,6 @@ def _gait_near(
     return settled, ""
 
 
-def refusal(stride_map: StrideMap, state: Array, period: int) -> str:
-    """Why a fixed point over `period` strides is no gait of that least period; "" if it is."""
-    units, length = natural_units(stride_map.params), stride_map.params.leg_length
-    here, travelled, shorter = state, 0.0, 0
-    for strides in range(1, period + 1):
-        batch = stride_map.strides(here[np.newaxis])
-        here, travelled = batch.state[0], travelled + float(batch.step_length[0])
-        back = period % strides == 0 and np.linalg.norm((here - state) / units) < SAME_STATE
-        if back and strides < period and not shorter:
-            shorter = strides
-    if not abs(travelled) > SHORTEST_STRIDE * length * period:
-        return (
-            f"near {_short(state)} the walker stands on the spot: it comes back after "
-            f"{travelled:.2g} m"
-        )
-    if shorter:
-        return f"the gait near {_short(state)} has period {shorter}"
-    return ""
-
-
 def _check_section(section: str | None, powered: Scheme) -> str:
     if section is None:
         return natural_section(powered)
@@ -230,50 +200,6 @@ def _of_presets(stride_map: StrideMap) -> Array:
     scaled = np.array([np.array(p.state) / natural_units(p.params) for p in alike])
     states: Array = scaled * natural_units(stride_map.params)
     return states
-
-
-def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
-    """Distance of each state (N, 4) from its image, in natural units; inf after a fall."""
-    moved = (stride_map(states, period) - states) / natural_units(stride_map.params)
-    distance = np.linalg.norm(moved, axis=1)
-    return np.where(np.isfinite(distance), distance, np.inf)
-
-
-def relative_residuals(stride_map: StrideMap, states: Array, period: int) -> Array:
-    """Distance of each state from its image over the length walked; inf after a fall.
-
-    Over the length, or standing still on both legs would look like the best of gaits.
-    """
-    image, length = states, np.zeros(len(states))
-    for _ in range(period):
-        batch = stride_map.strides(image)
-        image, length = batch.state, length + batch.step_length
-    moved = np.linalg.norm((image - states) / natural_units(stride_map.params), axis=1)
-    good = np.isfinite(moved) & (length > SHORTEST_STRIDE * stride_map.params.leg_length)
-    return np.where(good, moved / np.where(good, length, 1.0), np.inf)
-
-
-def newton(
-    stride_map: StrideMap, state: Array, period: int, converged: float = RESIDUAL
-) -> tuple[Array | None, str]:
-    """A fixed point near `state` by damped Newton, or None and why not."""
-    point, residual = stride_map.differentiate(state, period), np.inf
-    if point.outcome == Outcome.WALKED:
-        residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
-    for _ in range(NEWTON_STEPS):
-        if not np.isfinite(point.by_state).all():
-            return None, f"a stride from {_short(state)} ends with: {point.outcome.label}"
-        change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
-        trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
-        residuals = residuals_of(stride_map, trials, period)
-        better = np.flatnonzero(residuals < residual)
-        if not len(better):
-            break
-        state, residual = trials[better[0]], float(residuals[better[0]])
-        point = stride_map.differentiate(state, period)
-    if residual <= converged:
-        return state, ""
-    return None, f"Newton stopped at a residual of {residual:.2g} near {_short(state)}"
 
 
 def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> Gait:

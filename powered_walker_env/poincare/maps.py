@@ -33,6 +33,7 @@ from powered_walker_env.model.state import natural_units as natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.tolerances import GAIT_RTOL
 from powered_walker_env.simulation import record
+from powered_walker_env.simulation.arguments import check_rtol
 from powered_walker_env.simulation.derivatives import (
     STATE_SIZE,
     closed_loop,
@@ -41,7 +42,7 @@ from powered_walker_env.simulation.derivatives import (
     policy_derivative,
     run_derivatives,
 )
-from powered_walker_env.simulation.strides import Array, StrideBatch, check_rtol, run_batch
+from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
 from powered_walker_env.simulation.trajectory import log_stride
 
 

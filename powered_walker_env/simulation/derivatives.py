@@ -27,16 +27,10 @@ from powered_walker_env.model.powering import (
 from powered_walker_env.model.state import PostStrikeState, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
+from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
 from powered_walker_env.simulation.differences import differences
 from powered_walker_env.simulation.sensitivity import OUTPUTS
-from powered_walker_env.simulation.strides import (
-    NO_LOG,
-    Array,
-    StrideBatch,
-    check_batch,
-    check_rtol,
-    outcomes_of,
-)
+from powered_walker_env.simulation.strides import NO_LOG, StrideBatch, outcomes_of
 from powered_walker_env.simulation.threads import run_in_slices
 
 NUMBERS = tuple(field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics")

@@ -23,7 +23,8 @@ from powered_walker_env.model.powering import (
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record, turns
-from powered_walker_env.simulation.strides import Array, check_rtol, relative, rows_of
+from powered_walker_env.simulation.arguments import Array, check_rtol, rows_of
+from powered_walker_env.simulation.strides import relative
 
 EVENT_ROWS = 4 * turns.MAX_PHASES  # rows that the events of a stride can need
 

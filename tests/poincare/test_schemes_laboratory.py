@@ -36,10 +36,11 @@ from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.basins import basin, basin_volume
 from powered_walker_env.poincare.regions.viability import viable_states
 from powered_walker_env.poincare.regulator import regulate
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.search import find_gaits
 from powered_walker_env.poincare.stability.lyapunov import lyapunov_exponent
 from powered_walker_env.poincare.stability.robustness import gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import transition_times
+from powered_walker_env.poincare.wanted import find_gait_with
 from tests.helpers.samples import DECIDING, scheme_arguments
 
 NAMES = [*DECIDING, "passive"]

@@ -9,7 +9,8 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, GaitNotFoundError, find_gait, stride
 from powered_walker_env.poincare.branches.continuation import continue_gait
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.search import find_gaits
+from powered_walker_env.poincare.wanted import find_gait_with
 from tests.helpers.derivation import Array
 from tests.helpers.published import PASSIVE_GAITS, load
 
