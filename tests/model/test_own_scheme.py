@@ -19,7 +19,9 @@ from powered_walker_env import (
     PoweredWalkerVectorEnv,
     continue_gait,
     find_gait,
+    load_result,
     regulate,
+    save_result,
     stride,
     stride_batch,
     walk,
@@ -116,6 +118,15 @@ def test_it_has_gaits_branches_regulators_and_ramps(pull: Any) -> None:
     assert gait_sensitivity(gait, {"pull": 0.01 * strength()}).norm > 0
     constant = FunctionPolicy(lambda x: np.full((len(x), 1), 0.1 * strength()), scheme="pull")
     assert find_gait(gait.params, constant, gait.state).state == pytest.approx(gait.state)
+
+
+def test_its_gaits_are_saved_and_loaded_where_it_is_registered(pull: Any, tmp_path: Path) -> None:
+    gait = find_gait(COMPASS.params, pull.Pull(0.1 * strength()), COMPASS.state)
+    path = save_result(gait, tmp_path / "gait.npz")
+    assert load_result(path).control == gait.control
+    del SCHEMES["pull"]
+    with pytest.raises(ValueError, match="Pull: no type of this package, nor the control of"):
+        load_result(path)
 
 
 def test_environments_take_it_by_name(pull: Any) -> None:

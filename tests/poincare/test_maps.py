@@ -57,9 +57,9 @@ def test_the_derivative_of_a_nonlinear_policy_is_exact_to_its_differences() -> N
     def bent(states: Array) -> Array:
         return NOMINAL + np.tanh(states @ GAIN.T)
 
-    slope = 1 - np.tanh(GAIN @ np.array(STATE)) ** 2
+    steepness = 1 - np.tanh(GAIN @ np.array(STATE)) ** 2
     found = policy_derivative(as_policy(bent), np.array([STATE]), natural_units(PARAMS))
-    np.testing.assert_allclose(found[0], slope[:, np.newaxis] * GAIN, atol=1e-6)
+    np.testing.assert_allclose(found[0], steepness[:, np.newaxis] * GAIN, atol=1e-6)
 
 
 def test_two_closed_strides_have_the_derivative_of_their_differences() -> None:

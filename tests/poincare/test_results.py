@@ -166,7 +166,7 @@ def rewritten(path: Path, change: Any) -> Path:
         (lambda d: d.update(format="other"), "its format is 'other'"),
         (lambda d: d.update(revision=99), "newer than this package's"),
         (lambda d: d.pop("result"), "KeyError"),
-        (lambda d: d["result"].update(object="Path"), "KeyError: 'Path'"),
+        (lambda d: d["result"].update(object="Path"), "KeyError: 'Path: no type of this package"),
         (lambda d: d["result"]["fields"].update(leg_mass=-1.0), "leg_mass must be positive"),
         (lambda d: d["result"]["fields"].update(wheels=2), "wheels"),
         (lambda d: d["result"]["fields"].update(leg_mass={"array": "gone"}), "gone"),
