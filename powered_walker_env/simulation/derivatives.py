@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,9 +35,22 @@ from powered_walker_env.simulation.strides import NO_LOG, StrideBatch, outcomes_
 from powered_walker_env.simulation.threads import run_in_slices
 
 NUMBERS = tuple(field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics")
-#: What a stride can be differentiated by besides its state: numbers of the controls of this
-#: package's schemes, and of walkers. One walker has those of its own scheme (`parameters_of`).
-PARAMETERS = (*CONTROL_NUMBERS, *NUMBERS)
+
+
+class Parameters(Sequence[str]):
+    """Names of the numbers of all schemes' controls, those registered later included, and of
+    walkers."""
+
+    def __len__(self) -> int:
+        return len(CONTROL_NUMBERS) + len(NUMBERS)
+
+    def __getitem__(self, index: Any) -> Any:
+        return (*CONTROL_NUMBERS, *NUMBERS)[index]
+
+
+#: What a stride can be differentiated by besides its state. One walker has the numbers of its
+#: own scheme only (`parameters_of`).
+PARAMETERS = Parameters()
 # Of the kernel's directions; the last of a packed walker is its physics, which is no number.
 STATE_SIZE, _CONTROL = 4, 2
 _ALL = STATE_SIZE + _CONTROL + len(NUMBERS) + 1

@@ -39,7 +39,7 @@ from powered_walker_env.model.powering import (
 )
 from powered_walker_env.poincare.branches.ramps import bifurcation_diagram
 from powered_walker_env.poincare.stability.robustness import gait_sensitivity
-from powered_walker_env.simulation.derivatives import differentiate_batch
+from powered_walker_env.simulation.derivatives import PARAMETERS, differentiate_batch
 
 COMPASS = PRESETS["compass"]
 SOURCE = '''
@@ -96,6 +96,7 @@ def test_its_strides_are_those_of_a_torque_that_never_ends(pull: Any) -> None:
     np.testing.assert_array_equal(walked.states[1], ours.state)
     found = differentiate_batch([COMPASS.state], [torque], COMPASS.params, scheme="pull")
     assert found.names[4:] == ("pull",) and found.by_control.any()
+    assert "pull" in PARAMETERS and len(PARAMETERS) == len(set(PARAMETERS))
     with pytest.raises(ValueError, match="controls must be finite"):
         stride_batch([COMPASS.state], [np.nan], COMPASS.params, scheme="pull")
 

@@ -174,7 +174,7 @@ def test_a_motors_gaits_balance_along_their_family(name: str) -> None:
 
 
 def test_what_cannot_be_compared_is_refused_with_a_remedy() -> None:
-    with pytest.raises(ValueError, match="a motor walks with motor or motor-with-stop"):
+    with pytest.raises(ValueError, match="which walks with motor, motor-with-stop"):
         start_on_the_level("camp1997", "toe-off")
     with pytest.raises(ValueError, match="motor, motor-with-stop on the legs of 'round-foot'"):
         first_gait("passive", "round-foot")

@@ -150,7 +150,7 @@ def changed(
     Raises:
         ValueError: not one of `PARAMETERS`, or a number of a control that is not constant.
     """
-    if parameter not in (*PARAMETERS, *CONTROL_NUMBERS):
+    if parameter not in PARAMETERS:
         raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {parameter!r}")
     if parameter not in CONTROL_NUMBERS:
         return params.replace(**{parameter: value}), control

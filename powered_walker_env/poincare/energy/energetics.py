@@ -144,9 +144,9 @@ def start_on_the_level(passive_preset: str, name: str) -> Gait:
     powered = scheme_named(name)
     if control is not None or powered.control is None or _draws(powered):
         raise ValueError(
-            f"scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
-            f"{name!r} for {passive_preset!r}; a preset with a motor walks with motor or "
-            "motor-with-stop"
+            "scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
+            f"{name!r} for {passive_preset!r}, which walks with "
+            f"{', '.join(schemes_for(passive_preset))}"
         )
     if powered.control is HipTorque and params.massless_foot:
         raise ValueError(
