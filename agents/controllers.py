@@ -111,8 +111,8 @@ def linear_step_map(task: Task) -> tuple[NDArray[np.float64], NDArray[np.float64
     """A (4, 4) and B (4, k) of the step map in observations and actions."""
     gait = find_gait(task.params, task.control, task.gait[0].tolist())
     scale = task.scale[:, np.newaxis]
-    by_control = gait.control_jacobian[:, list(task.scheme.columns)]
-    return gait.jacobian * task.scale / scale, by_control * task.half_range / scale
+    by_control = gait.control_jacobian * task.half_range / scale
+    return gait.jacobian * task.scale / scale, by_control
 
 
 def _weight(name: str, value: float | Sequence[Any], size: int) -> NDArray[np.float64]:

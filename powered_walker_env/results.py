@@ -37,6 +37,7 @@ import numpy as np
 
 from powered_walker_env import model, poincare, simulation
 from powered_walker_env.files import written_aside
+from powered_walker_env.model.powering import SCHEMES
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
@@ -172,6 +173,12 @@ def _types() -> dict[str, Any]:
     return known
 
 
+def _type_named(name: str) -> Any:
+    """A class that a file may name, the controls of registered schemes included; or None."""
+    controls = (each.control for each in SCHEMES.values() if each.control is not None)
+    return _types().get(name) or {kind.__name__: kind for kind in controls}.get(name)
+
+
 def _is_record(kind: type) -> bool:
     return dataclasses.is_dataclass(kind) or (issubclass(kind, tuple) and hasattr(kind, "_fields"))
 
@@ -211,7 +218,7 @@ def _encode(value: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
 
 def _encode_object(value: Any, within: str, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
     kind = type(value)
-    if _types().get(kind.__name__) is not kind:
+    if _type_named(kind.__name__) is not kind:
         if callable(value):  # a policy that happens to be a dataclass
             return _encode_object(UnsavedPolicy(repr(value)), within, arrays)
         raise TypeError(
@@ -242,7 +249,11 @@ def _decode(value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decode(item, arrays) for item in content)
     if word == "mapping":
         return {key: _decode(item, arrays) for key, item in content}
-    kind = _types()[content]
+    kind = _type_named(content)
+    if kind is None:
+        raise KeyError(
+            f"{content}: no type of this package, nor the control of a registered scheme"
+        )
     if word == "enum":
         return kind[value["name"]]
     return kind(**{name: _decode(item, arrays) for name, item in value["fields"].items()})

@@ -12,7 +12,7 @@ from powered_walker_env.model.powering import (
     SCHEMES,
     AnyControl,
     Scheme,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import PRESETS
@@ -132,7 +132,11 @@ def _flag(name: str) -> str:
 
 def powered_by(options: argparse.Namespace) -> Scheme:
     """The scheme asked for, else the preset's."""
-    return scheme(options.scheme) if options.scheme else scheme_of(PRESETS[options.preset].control)
+    return (
+        scheme_named(options.scheme)
+        if options.scheme
+        else scheme_of(PRESETS[options.preset].control)
+    )
 
 
 def control_text(control: Any) -> str:

@@ -23,7 +23,6 @@ from powered_walker_env.model.powering import scheme_of
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.poincare import Gait
 from powered_walker_env.poincare.energy.contact import ContactReport, contact_of
-from powered_walker_env.poincare.maps import control_scheme
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 
 
@@ -127,7 +126,7 @@ def gait_data(gait: Gait) -> dict[str, Any]:
 
 def moves_ankle(gait: Gait) -> bool:
     """Whether an ankle motor powers the gait."""
-    return control_scheme(gait.control).moves_ankle
+    return scheme_of(gait.control).moves_ankle
 
 
 def _contact(contact: ContactReport) -> dict[str, Any]:

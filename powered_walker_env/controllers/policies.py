@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from powered_walker_env.envs.task import OBSERVATION_LIMIT, Task
+from powered_walker_env.simulation.differences import differences
 from powered_walker_env.simulation.strides import Array
 
 # Steps of fourth-order differences in observations, by the precision of the actions: about
@@ -81,12 +82,7 @@ class TaskPolicy:
     def _differences(self, observations: Array) -> Array:
         single = self._actions(observations[:1]).dtype != np.float64
         step = SINGLE_STEP if single else DOUBLE_STEP
-        offsets, weights = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0])
-        moves = step * offsets[:, np.newaxis, np.newaxis] * np.eye(4)  # (offset, direction, 4)
-        points = (observations[:, np.newaxis, np.newaxis] + moves).reshape(-1, 4)
-        actions = self._actions(points).astype(np.float64).reshape(len(observations), 4, 4, -1)
-        found: Array = np.einsum("o,nodc->ncd", weights / (12.0 * step), actions)
-        return found
+        return differences(self._actions, observations, step)
 
 
 def policy_of(env: Any, controller: Predicts) -> TaskPolicy:

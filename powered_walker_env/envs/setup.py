@@ -17,7 +17,7 @@ from powered_walker_env.model.powering import (
     AnyControl,
     Scheme,
     check_walkable,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import PRESETS, preset
@@ -69,7 +69,7 @@ def make_task(
             f"preset and params exclude each other, got preset {preset_name!r} and params; "
             "pass preset=None with params (the registered ids set a preset)"
         )
-    named = None if scheme_name is None else _powered(scheme(scheme_name))
+    named = None if scheme_name is None else _powered(scheme_named(scheme_name))
     if params is None:
         walker = _from_preset(preset_name or _first_preset(named), named, control, gait)
     else:

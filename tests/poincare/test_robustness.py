@@ -119,7 +119,7 @@ def test_transition_times_of_the_map_and_of_walks_agree() -> None:
 
 
 def test_walkers_that_fall_never_settle() -> None:
-    times = transition_times(gait_of("open loop"), (0.5,), size=0.3, directions=8, limit=12)
+    times = transition_times(gait_of("open loop"), (0.5,), size=0.3, deviations=8, limit=12)
     assert (times.simulated == -1).any()
 
 

@@ -94,7 +94,7 @@ def _extended(six: Figure6) -> Statement:
     lock = six.gait.params.locked_ankle_angle
     feet = []
     for gait in six.gaits:
-        struck = walk(gait.state, gait.control, gait.params, 1, sample_interval=0)  # type: ignore[arg-type]
+        struck = walk(gait.state, gait.control, gait.params, 1, sample_interval=0)
         feet.append(lock - struck.q[-1, 1])
     return Statement(
         "foot at heel strike",

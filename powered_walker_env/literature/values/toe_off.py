@@ -99,7 +99,7 @@ def exponent() -> float:
         nearer = ToeOff(gait.control.impulse * ratio**2)  # type: ignore[union-attr]
         guess = [ratio * value for value in gait.state]
         gait = gait_at(frequency * length, length, find_gait(gait.params, nearer, guess))
-        lost = stride(gait.state, gait.control, gait.params, rtol=1e-13).energy_lost  # type: ignore[arg-type]
+        lost = stride(gait.state, gait.control, gait.params, rtol=1e-13).energy_lost
         powers.append(lost * frequency)
     return math.log(powers[-2] / powers[-1]) / math.log(SHORT[0] / SHORT[1])
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.powering import scheme_of
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     GREY,
@@ -20,7 +21,6 @@ from powered_walker_env.pictures.charts.sheet import (
     styled,
 )
 from powered_walker_env.poincare import Gait
-from powered_walker_env.poincare.maps import control_scheme
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 
@@ -44,7 +44,7 @@ def gait_figure(
     Raises:
         ValueError: a gait without an ankle motor, or one that falls.
     """
-    powered = control_scheme(gait.control)
+    powered = scheme_of(gait.control)
     if not powered.moves_ankle:
         raise ValueError(
             f"gait must be one of an ankle motor, got a {powered.name} gait; plot its walk instead"
