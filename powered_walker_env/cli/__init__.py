@@ -15,6 +15,7 @@ from importlib.metadata import version
 from powered_walker_env.cli import energetics, regions, studies, validate, walking
 from powered_walker_env.cli.output import Report, finite
 from powered_walker_env.poincare import GaitNotFoundError
+from powered_walker_env.poincare.work.interruption import interruptible
 
 NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
 
@@ -32,7 +33,8 @@ def run_command(
 ) -> int:
     """Run a command and print its report, or what was wrong in one line."""
     try:
-        report = command(options)
+        with interruptible():
+            report = command(options)
     except GaitNotFoundError as error:
         return _failed(prog, str(error), NOT_FOUND)
     except (ValueError, TypeError, ImportError, OSError) as error:
