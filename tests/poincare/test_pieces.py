@@ -121,7 +121,7 @@ def test_a_damaged_piece_is_computed_again(content: bytes | None, tmp_path: Path
 
 def test_results_that_cannot_be_kept_are_named(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="cannot be saved"):
-        run_pieces(type, [1], backend="threading", checkpoint=tmp_path / "kept")
+        run_pieces(lambda n: {n}, [1], backend="threading", checkpoint=tmp_path / "kept")
 
 
 def add(piece: int, before: int | None) -> int:
