@@ -10,16 +10,21 @@
   any controller reach them? `viability` (with `regulator`);
 - what does walking cost, and what must it? `energetics`, `transition`;
 - is the contact what the model takes it for? `contact` (with `ground_force`);
-- long studies in pieces: `pieces`, `checkpoint`.
+- long studies in pieces: `pieces`, with `executors`, `checkpoint`, `interruption`.
 """
 
 from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branches.boundary import (
+    Boundary,
+    continue_boundary,
+    stability_boundaries,
+)
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.cascades import Cascade, doubling_cascade
 from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare.branches.starts import stable_gait
 from powered_walker_env.poincare.energy.contact import ContactReport, contact_of, contact_report
 from powered_walker_env.poincare.energy.energetics import (
     Costs,
@@ -39,7 +44,7 @@ from powered_walker_env.poincare.search import find_gait_with, find_gaits
 from powered_walker_env.poincare.stability.lyapunov import LyapunovExponent, lyapunov_exponent
 from powered_walker_env.poincare.stability.robustness import GaitSensitivity, gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import TransitionTimes, transition_times
-from powered_walker_env.poincare.work.pieces import LostWorkersError, run_pieces
+from powered_walker_env.poincare.work.pieces import LostWorkersError, run_chains, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
@@ -88,7 +93,10 @@ __all__ = [
     "least_cost",
     "lyapunov_exponent",
     "regulate",
+    "run_chains",
     "run_pieces",
+    "stability_boundaries",
+    "stable_gait",
     "switch_branch",
     "transition_times",
     "viable_states",

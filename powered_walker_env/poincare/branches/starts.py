@@ -103,23 +103,24 @@ def starts_along(
         walker = StrideMap(*changed(params, control, parameter, value), RTOL)
         return walker(start[np.newaxis], SETTLING)[0]
 
-    starts = np.full((len(values), 4), np.nan)
     own = value_of(params, control, parameter)
+    starts, seed = np.full((len(values), 4), np.nan), None
     try:
         gait = stable_gait(params, control, state)
     except GaitNotFoundError:
         if state is None:
             return starts
-        seed = own, np.array(state, dtype=np.float64)
+        start = np.array(state, dtype=np.float64)
     else:
-        branch = _branch(gait, parameter, min(own, values[0]), max(own, values[-1]))
-        starts, seed = _stable_on(branch, values), _nearest_stable(branch, values)
-        if gait.stable and branch is None:
-            seed = own, np.array(gait.state)
-        elif seed is None:
-            seed = own, (1.0 + KICK) * np.array(gait.state if state is None else state)
+        start = (
+            np.array(gait.state) if gait.stable else (1.0 + KICK) * np.array(state or gait.state)
+        )
+        low, high = min(own, values[0]), max(own, values[-1])
+        if low < high:
+            branch = continue_gait(gait, parameter, (low, high))
+            starts, seed = _stable_on(branch, values), _nearest_stable(branch, values)
     if np.isnan(starts).all():
-        value, last = seed
+        value, last = seed or (own, start)
         first = int(np.argmin(abs(values - value)))
         for between in np.linspace(value, values[first], WAY + 1)[1:].tolist():
             last = walked(between, last)
@@ -131,14 +132,10 @@ def starts_along(
     return starts
 
 
-def _branch(gait: Gait, parameter: str, low: float, high: float) -> Branch | None:
-    return continue_gait(gait, parameter, (low, high)) if low < high else None
-
-
-def _stable_on(branch: Branch | None, values: Array) -> Array:
+def _stable_on(branch: Branch, values: Array) -> Array:
     """(n, 4) the stable gaits of a branch at these values; NaN where it has none."""
     found = np.full((len(values), 4), np.nan)
-    for i, value in enumerate(values.tolist() if branch is not None else []):
+    for i, value in enumerate(values.tolist()):
         try:
             stable = [gait for gait in branch.at(value) if gait.stable]
         except GaitNotFoundError:
@@ -148,9 +145,9 @@ def _stable_on(branch: Branch | None, values: Array) -> Array:
     return found
 
 
-def _nearest_stable(branch: Branch | None, values: Array) -> tuple[float, Array] | None:
+def _nearest_stable(branch: Branch, values: Array) -> tuple[float, Array] | None:
     """The stable gait of a branch that is nearest to a range: its value and state."""
-    if branch is None or not branch.stable.any():
+    if not branch.stable.any():
         return None
     rows = np.flatnonzero(branch.stable)
     inside = np.clip(branch.values[rows], values[0], values[-1])
