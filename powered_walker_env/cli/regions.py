@@ -28,11 +28,8 @@ from powered_walker_env.model.phases import Outcome
 from powered_walker_env.poincare import PARAMETERS, Gait
 from powered_walker_env.poincare.branches.boundary import Boundary, stability_boundaries
 from powered_walker_env.poincare.families import check_parameter, value_of
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
-from powered_walker_env.poincare.regions.slices import COORDINATES, Slice
-
-REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given
+from powered_walker_env.poincare.regions.slices import COORDINATES, Slice, slice_through
 
 
 def add_commands(commands: Any) -> None:
@@ -150,13 +147,9 @@ def _basin(options: argparse.Namespace) -> Report:
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
-    columns = [COORDINATES.index(name) for name in options.axes]
-    centre = [gait.state[column] for column in columns]
-    reach = REACH * natural_units(gait.params)[columns]
-    around = [(c - r, c + r) for c, r in zip(centre, reach.tolist(), strict=True)]
     given = options.bounds
-    across, up = around if given is None else (tuple(given[:2]), tuple(given[2:]))
-    return Slice(gait.state, tuple(options.axes), (across, up), tuple(options.points))
+    ranges = None if given is None else (tuple(given[:2]), tuple(given[2:]))
+    return slice_through(gait, tuple(options.axes), ranges, tuple(options.points))
 
 
 def _basin_text(found: Basin) -> str:

@@ -6,7 +6,7 @@
   `branch`, `special_points`), `cascades` to chaos, `boundary` for two parameters, `ramps`
   by brute force;
 - how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
-- from where are they reached? `basins` (with `slices`, `trapping`), and from where could
+- from where are they reached? `basins`, `volumes` (with `slices`, `trapping`), and from where could
   any controller reach them? `viability` (with `regulator`);
 - what does walking cost, and what must it? `energetics`, `transition`;
 - is the contact what the model takes it for? `contact` (with `ground_force`);
@@ -36,9 +36,15 @@ from powered_walker_env.poincare.energy.energetics import (
 from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
-from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin, basin_volume
-from powered_walker_env.poincare.regions.slices import Slice
+from powered_walker_env.poincare.regions.basins import Basin, basin
+from powered_walker_env.poincare.regions.slices import (
+    SLICES,
+    Slice,
+    schwab_wisse_slice,
+    slice_through,
+)
 from powered_walker_env.poincare.regions.viability import Viability, viable_states
+from powered_walker_env.poincare.regions.volumes import BasinVolume, basin_volume
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
 from powered_walker_env.poincare.stability.lyapunov import LyapunovExponent, lyapunov_exponent
@@ -49,6 +55,7 @@ from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
     "PARAMETERS",
+    "SLICES",
     "Basin",
     "BasinVolume",
     "BifurcationDiagram",
@@ -95,6 +102,8 @@ __all__ = [
     "regulate",
     "run_chains",
     "run_pieces",
+    "schwab_wisse_slice",
+    "slice_through",
     "stability_boundaries",
     "stable_gait",
     "switch_branch",
