@@ -245,8 +245,17 @@ def test_the_default_plane_is_the_section_through_the_stable_gait() -> None:
     np.testing.assert_allclose(
         found.states[:, 3], found.states[:, 2] * np.cos(2 * found.states[:, 0])
     )
+
+
+def test_without_a_gait_there_is_no_default_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> Gait:
+        raise GaitNotFoundError("none")
+
+    monkeypatch.setattr(basins, "stable_gait", none)
     with pytest.raises(GaitNotFoundError, match="grid must be given"):
-        basin(PARAMS, Control(2.8625, 1.0))
+        basin(PARAMS, CONTROL)
+    with pytest.raises(GaitNotFoundError, match="low and high must be given"):
+        basin_volume(PARAMS, CONTROL)
 
 
 def test_the_slice_of_schwab_and_wisse_is_known_by_name() -> None:
