@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.checks import plain, real_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, scheme_of
 from powered_walker_env.model.walker import WalkerParams
@@ -175,6 +175,18 @@ def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: st
     return float(getattr(control if name in CONTROL_NUMBERS else params, name))
 
 
+def _checked_bounds(bounds: Bounds, name: str) -> Bounds:
+    try:
+        low, high = (real_number("bounds", plain(value)) for value in bounds)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"bounds must be finite and rising, (low, high) of {name}, got {bounds!r}"
+        ) from error
+    if not low < high:
+        raise ValueError(f"bounds must be finite and rising, got {bounds!r}")
+    return low, high
+
+
 def family_within(
     gait: Gait, names: Sequence[str], bounds: Sequence[Bounds], period: int | None = None
 ) -> Family:
@@ -182,10 +194,11 @@ def family_within(
 
     Raises:
         ValueError: bounds that do not hold the gait, or leave a parameter's domain.
+        TypeError: something that is no gait.
     """
-    for low, high in bounds:
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise ValueError(f"bounds must be finite and rising, got {(low, high)!r}")
+    if not isinstance(gait, Gait):
+        raise TypeError(f"gait must be a Gait, got {gait!r}; find_gait finds one")
+    bounds = [_checked_bounds(pair, name) for pair, name in zip(bounds, names, strict=True)]
     scales = np.array([high - low for low, high in bounds], dtype=np.float64)
     family = Family(gait.params, gait.control, tuple(names), scales, period or gait.period)
     for name, value, (low, high) in zip(names, family.current().tolist(), bounds, strict=True):

@@ -160,7 +160,7 @@ def stability_boundaries(
         GaitNotFoundError: the branch has no such point.
         ValueError: as `continue_boundary`.
     """
-    _check_different(parameters)
+    _check_plane(parameters, bounds)
     family_within(gait, parameters, bounds)
     branch = continue_gait(gait, parameters[1], bounds[1])
     points = [point for point in branch.special_points if point.limits_stability]
@@ -182,15 +182,17 @@ def stability_boundaries(
     return tuple(curves)
 
 
-def _check_different(parameters: tuple[str, str]) -> None:
+def _check_plane(parameters: tuple[str, str], bounds: tuple[Bounds, Bounds]) -> None:
     if len(parameters) != 2 or parameters[0] == parameters[1]:
         raise ValueError(f"parameters must be two different names, got {parameters!r}")
+    if len(bounds) != 2:
+        raise ValueError(f"bounds must be (low, high) of both parameters, got {bounds!r}")
 
 
 def half_boundary(way: _Way) -> HalfBoundary:
     """Follow a boundary one way."""
     point = way.point
-    _check_different(way.parameters)
+    _check_plane(way.parameters, way.bounds)
     family = family_within(point.gait, way.parameters, way.bounds)
     curve = Critical(family, point.kind)
     window = window_of(family, way.bounds, way.step, way.max_points, unbounded=int(curve.complex))

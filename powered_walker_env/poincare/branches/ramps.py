@@ -14,6 +14,7 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState, check_state
@@ -21,7 +22,7 @@ from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.starts import changed, starts_along
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_chains
-from powered_walker_env.simulation.strides import Array
+from powered_walker_env.simulation.strides import Array, check_rtol
 
 NO_START = -1  # in `outcome`: nothing stable was found to begin with
 RTOL = 1e-9  # of the strides
@@ -128,12 +129,14 @@ def bifurcation_diagram(
             that do not ascend.
     """
     points = np.atleast_1d(np.asarray(values, np.float64))
-    if points.ndim != 1 or not len(points) or (np.diff(points) <= 0).any():
+    rising = points.ndim == 1 and len(points) > 0 and bool((np.diff(points) > 0).all())
+    if not (rising and np.isfinite(points).all()):
         raise ValueError(f"values must be a list of ascending numbers, got {values!r}")
     if transient < 0 or keep < 2:
         raise ValueError(
             f"transient must be at least 0 and keep at least 2, got {transient!r} and {keep!r}"
         )
+    rtol = check_rtol(real_number("rtol", rtol))
     for end in (points[0], points[-1]):
         changed(params, control, parameter, float(end))
     guess = None if state is None else check_state(state)
