@@ -192,7 +192,7 @@ def preset_gait(name: str) -> Gait:
     return find_gait(params, control, state)
 
 
-LOCKED = [name for name, preset in PRESETS.items() if has_section(preset.control)]
+LOCKED = [name for name, preset in PRESETS.items() if has_section(preset.params, preset.control)]
 
 
 def test_walkers_with_a_motor_have_no_section() -> None:

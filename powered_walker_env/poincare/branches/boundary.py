@@ -159,7 +159,7 @@ def stability_boundaries(
     Raises:
         GaitNotFoundError: the branch has no such point; else as `continue_boundary`.
     """
-    _check_plane(parameters, bounds)
+    _check_different(parameters)
     family_within(gait, parameters, bounds)
     branch = continue_gait(gait, parameters[1], bounds[1])
     points = [point for point in branch.special_points if point.limits_stability]
@@ -181,17 +181,15 @@ def stability_boundaries(
     return tuple(curves)
 
 
-def _check_plane(parameters: tuple[str, str], bounds: tuple[Bounds, Bounds]) -> None:
+def _check_different(parameters: tuple[str, str]) -> None:
     if len(parameters) != 2 or parameters[0] == parameters[1]:
         raise ValueError(f"parameters must be two different names, got {parameters!r}")
-    if len(bounds) != 2:
-        raise ValueError(f"bounds must be (low, high) of both parameters, got {bounds!r}")
 
 
 def half_boundary(way: _Way) -> HalfBoundary:
     """Follow a boundary one way."""
     point = way.point
-    _check_plane(way.parameters, way.bounds)
+    _check_different(way.parameters)
     family = family_within(point.gait, way.parameters, way.bounds)
     curve = Critical(family, point.kind)
     window = window_of(family, way.bounds, way.step, way.max_points, unbounded=int(curve.complex))
