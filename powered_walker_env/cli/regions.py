@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections import Counter
 from typing import Any
-
-import numpy as np
 
 from powered_walker_env.cli.options import (
     add_command,
@@ -28,18 +25,11 @@ from powered_walker_env.cli.output import (
     unfinished,
 )
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.branches.continuation import continue_gait
-from powered_walker_env.poincare.branches.special_points import SpecialPoint
+from powered_walker_env.poincare import PARAMETERS, Gait
+from powered_walker_env.poincare.branches.boundary import Boundary, stability_boundaries
 from powered_walker_env.poincare.families import check_parameter, value_of
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
-from powered_walker_env.poincare.regions.slices import COORDINATES, Slice
-from powered_walker_env.simulation.strides import Array
-
-SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
-REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given
+from powered_walker_env.poincare.regions.slices import COORDINATES, Slice, slice_through
 
 
 def add_commands(commands: Any) -> None:
@@ -58,7 +48,8 @@ def add_commands(commands: Any) -> None:
         help="of both; 5%% to either side of the walker's values if left out",
     )  # fmt: skip
     edge.add_argument("--step", type=float, help="longest step, as a share of the bounds' widths")
-    add_out(edge)
+    add_running(edge)
+    add_out(edge, resumable=True)
     starts = add_command(
         commands, "basin", _basin, "what becomes of the walker from each start in a slice"
     )
@@ -90,27 +81,22 @@ def _boundary(options: argparse.Namespace) -> Report:
     pairs = [None if pair[0] is None else pair for pair in (given[:2], given[2:])]
     values = [value_of(gait.params, gait.control, name) for name in (first, second)]
     bounds = tuple(range_around(p, v) for p, v in zip(pairs, values, strict=True))
-    points = _limits(gait, second, bounds[1])
-    curves: list[Boundary] = []
-    with Progress("boundary") as progress:
-        for number, point in enumerate(points):
-            progress(number, len(points), math.nan)
-            start = np.array([values[0], point.value])
-            if not any(_passes(curve, point, start) for curve in curves):
-                curves.append(
-                    continue_boundary(
-                        point, (first, second), (bounds[0], bounds[1]), step=options.step
-                    )
-                )
-    report = Report("\n".join(map(_boundary_text, curves)), {"boundaries": [*map(_edge, curves)]})
-    nominal = (values[0], values[1])
-    title = f"Where the gait of {options.preset} loses its stability"
-    return put_out(
-        options,
-        report,
-        tuple(curves),
-        lambda: figures().boundary_figure(curves, nominal=nominal, title=title),
-    )
+    with Progress("boundary") as progress, unfinished(options) as folder:
+        curves = stability_boundaries(
+            gait, (first, second), (bounds[0], bounds[1]), step=options.step,
+            backend=options.backend, address=options.address, jobs=options.jobs,
+            progress=progress, checkpoint=folder,
+        )  # fmt: skip
+        text, data = "\n".join(map(_boundary_text, curves)), [*map(_edge, curves)]
+        report = Report(text, {"boundaries": data})
+        nominal = (values[0], values[1])
+        title = f"Where the gait of {options.preset} loses its stability"
+        return put_out(
+            options,
+            report,
+            curves,
+            lambda: figures().boundary_figure(curves, nominal=nominal, title=title),
+        )
 
 
 def _parameters(options: argparse.Namespace) -> list[str]:
@@ -121,33 +107,6 @@ def _parameters(options: argparse.Namespace) -> list[str]:
     for name in names:
         check_parameter(name, control)
     return names
-
-
-def _limits(gait: Gait, parameter: str, bounds: tuple[float, float]) -> list[SpecialPoint]:
-    """Where the gait's branch loses its stability along one parameter.
-
-    Raises:
-        GaitNotFoundError: nowhere.
-    """
-    branch = continue_gait(gait, parameter, bounds)
-    points = [point for point in branch.special_points if point.limits_stability]
-    if not points:
-        raise GaitNotFoundError(
-            f"the gait's branch has no limit of stability for {parameter} in "
-            f"[{bounds[0]:g}, {bounds[1]:g}]; give wider --bounds"
-        )
-    return points
-
-
-def _passes(curve: Boundary, point: SpecialPoint, where: Array) -> bool:
-    """Whether a curve already goes through a special point: curves may turn back."""
-    widths = np.array([high - low for low, high in curve.bounds])
-    corners = (curve.values - where) / widths
-    steps = np.diff(corners, axis=0)
-    lengths = np.maximum((steps**2).sum(axis=1), 1e-300)
-    shares = np.clip(-(corners[:-1] * steps).sum(axis=1) / lengths, 0.0, 1.0)
-    nearest = np.linalg.norm(corners[:-1] + shares[:, np.newaxis] * steps, axis=1).min()
-    return curve.kind is point.kind and float(nearest) < SAME_CURVE
 
 
 def _boundary_text(curve: Boundary) -> str:
@@ -188,13 +147,9 @@ def _basin(options: argparse.Namespace) -> Report:
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
-    columns = [COORDINATES.index(name) for name in options.axes]
-    centre = [gait.state[column] for column in columns]
-    reach = REACH * natural_units(gait.params)[columns]
-    around = [(c - r, c + r) for c, r in zip(centre, reach.tolist(), strict=True)]
     given = options.bounds
-    across, up = around if given is None else (tuple(given[:2]), tuple(given[2:]))
-    return Slice(gait.state, tuple(options.axes), (across, up), tuple(options.points))
+    ranges = None if given is None else (tuple(given[:2]), tuple(given[2:]))
+    return slice_through(gait, tuple(options.axes), ranges, tuple(options.points))
 
 
 def _basin_text(found: Basin) -> str:

@@ -149,14 +149,14 @@ def _bifurcation(options: argparse.Namespace) -> Report:
     if options.points < 2:
         raise ValueError(f"--points must be at least 2, got {options.points!r}")
     options.parameter = parameter_of(options)
-    params, control, _ = walker_of(options)
+    params, control, state = walker_of(options)
     value = value_of(params, control, options.parameter)
     low, high = range_around(options.bounds, value)
     if options.bounds is None and value:
         low, high = value * (1 - RAMP), value * (1 + RAMP)
     with Progress("bifurcation") as progress, unfinished(options) as folder:
         diagram = bifurcation_diagram(
-            params, control, options.parameter, np.linspace(low, high, options.points),
+            params, control, options.parameter, np.linspace(low, high, options.points), state=state,
             transient=options.transient, keep=options.keep, backend=options.backend,
             address=options.address, jobs=options.jobs, progress=progress, checkpoint=folder,
         )  # fmt: skip
@@ -171,7 +171,7 @@ def _bifurcation(options: argparse.Namespace) -> Report:
 
 
 def _ramps_text(diagram: BifurcationDiagram) -> str:
-    names = {-1: "falls", 0: "no period found"}
+    names = {-2: "no stable start found", -1: "falls", 0: "no period found"}
     lines = []
     for name, ramp in (("up", diagram.up), ("down", diagram.down)):
         lines.append(f"ramped {name} through {len(diagram.values)} values of {diagram.parameter}:")
