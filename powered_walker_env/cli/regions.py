@@ -33,7 +33,7 @@ from powered_walker_env.poincare import (
     continue_boundary,
     continue_gait,
 )
-from powered_walker_env.poincare.families import check_parameter, value_of
+from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions.basins import FELL
 from powered_walker_env.poincare.regions.slices import COORDINATES
@@ -41,7 +41,10 @@ from powered_walker_env.simulation.strides import Array
 from powered_walker_env.tabular import aligned
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
-REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given
+REACHES = [0.01 * 2**k for k in range(8)]  # natural units around the gait: how far basins go
+UNSTABLE_REACH = 0.1  # the same for a gait that nothing ends on
+COARSE = 60  # starts across and up that a window is judged by
+MARGIN = 0.15  # of the basin's box: left free around it
 
 
 def add_commands(commands: Any) -> None:
@@ -72,11 +75,11 @@ def add_commands(commands: Any) -> None:
     )  # fmt: skip
     starts.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
-        help="of both, rad or rad/s; 0.1 (0.1 sqrt(g/L)) around the gait if left out",
+        help="of both, rad or rad/s; around the whole basin if left out",
     )  # fmt: skip
     starts.add_argument(
-        "--points", type=int, nargs=2, default=[100, 100], metavar=("ACROSS", "UP"),
-        help="of the grid (default: 100 100)",
+        "--points", type=int, nargs=2, default=[160, 160], metavar=("ACROSS", "UP"),
+        help="of the grid (default: 160 160)",
     )  # fmt: skip
     starts.add_argument("--strides", type=int, default=100, help="at most (default %(default)s)")
     add_running(starts)
@@ -191,13 +194,38 @@ def _basin(options: argparse.Namespace) -> Report:
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
+    axes, given = tuple(options.axes), options.bounds
+    ranges = _window(options, gait) if given is None else (tuple(given[:2]), tuple(given[2:]))
+    return Slice(gait.state, axes, ranges, tuple(options.points))
+
+
+def _window(options: argparse.Namespace, gait: Gait) -> tuple[Bounds, Bounds]:
+    """A rectangle around the whole basin, found on a coarse grid.
+
+    It grows from the gait until what ends there leaves its edge free, and is then drawn in.
+    """
     columns = [COORDINATES.index(name) for name in options.axes]
-    centre = [gait.state[column] for column in columns]
-    reach = REACH * natural_units(gait.params)[columns]
-    around = [(c - r, c + r) for c, r in zip(centre, reach.tolist(), strict=True)]
-    given = options.bounds
-    across, up = around if given is None else (tuple(given[:2]), tuple(given[2:]))
-    return Slice(gait.state, tuple(options.axes), (across, up), tuple(options.points))
+    centre, units = np.array(gait.state)[columns], natural_units(gait.params)[columns]
+    for reach in REACHES if gait.stable else [UNSTABLE_REACH]:
+        low, high = centre - reach * units, centre + reach * units
+        grid = Slice(gait.state, tuple(options.axes), _pairs(low, high), (COARSE, COARSE))
+        found = basin(
+            gait.params, gait.control, grid, strides=options.strides,
+            gaits=[gait] if gait.stable else [], backend="threading",
+        )  # fmt: skip
+        ends = found.picture("attractor") >= 0
+        if not (ends[[0, -1]].any() or ends[:, [0, -1]].any()):
+            break
+    if ends.any():
+        inside = found.states[ends.ravel()][:, columns]
+        least, most = inside.min(axis=0), inside.max(axis=0)
+        room = MARGIN * (most - least) + (high - low) / (COARSE - 1)
+        low, high = np.maximum(low, least - room), np.minimum(high, most + room)
+    return _pairs(low, high)
+
+
+def _pairs(low: Array, high: Array) -> tuple[Bounds, Bounds]:
+    return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 
 def _basin_text(found: Basin) -> str:

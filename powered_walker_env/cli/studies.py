@@ -33,6 +33,7 @@ from powered_walker_env.poincare.branches.ramps import Ramp
 from powered_walker_env.poincare.families import value_of
 from powered_walker_env.poincare.regions.slices import COORDINATES
 
+STEP = 0.005  # of a branch: fine enough for its lines to look like curves
 RAMP = 0.01  # of a parameter's value: the range ramped through if none is given
 
 
@@ -41,7 +42,10 @@ def add_commands(commands: Any) -> None:
     branch = add_command(commands, "branch", _branch, "follow the gait along one parameter")
     add_walker(branch)
     add_range(branch)
-    branch.add_argument("--step", type=float, help="longest step, as a share of the bounds' width")
+    branch.add_argument(
+        "--step", type=float, default=STEP,
+        help="longest step, as a share of the bounds' width (default %(default)s)",
+    )  # fmt: skip
     branch.add_argument(
         "--doubled", action=argparse.BooleanOptionalAction, default=True,
         help="follow the doubled gaits, too",

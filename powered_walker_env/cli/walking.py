@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,8 @@ from powered_walker_env.poincare.energy.contact import ContactReport
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 from powered_walker_env.tabular import aligned
 
-MOST_STRIDES = 100_000  # of one walk, whose samples are all kept
+MOST_STRIDES = 10_000  # of one walk, whose samples are all kept
+SAMPLES = 0.01  # of sqrt(L/g): time between them
 PORTRAIT = "-portrait"
 
 
@@ -65,7 +67,8 @@ def _walk(options: argparse.Namespace) -> Report:
     start = state._replace(
         stance_rate=state.stance_rate + stance, swing_rate=state.swing_rate + swing
     )
-    walked = walk(start, control, params, options.strides)
+    interval = SAMPLES * math.sqrt(params.leg_length / params.gravity)
+    walked = walk(start, control, params, options.strides, sample_interval=interval)
     if options.animation:
         save_animation(walked, options.animation)
     text = f"scheme: {control_text(control)}\n{_walk_text(walked)}"
@@ -78,10 +81,12 @@ def _walk_drawing(options: argparse.Namespace, walked: Trajectory) -> Any:
     shown = {"walk": walked}
     try:
         gait = gait_of(options)
-        shown["gait"] = walk(gait.state, walker_of(options)[1], gait.params, gait.period)
-    except GaitNotFoundError:
-        pass
-    title = f"Walk of {options.preset}: {walked.outcome.label}"
+        shown["gait"] = figures().cycle(gait, gait.period + 1)
+    except (GaitNotFoundError, ValueError):
+        pass  # there is none, or it does not close: the walk is worth seeing alone
+    stance, swing = options.push
+    pushed = f", pushed by {stance:g} and {swing:g} rad/s" if stance or swing else ""
+    title = f"Walk of {options.preset}{pushed}: {walked.outcome.label}"
     return figures().portrait_figure(shown, title=title)
 
 
@@ -126,7 +131,9 @@ def _gait(options: argparse.Namespace) -> Report:
 
     def draw() -> dict[str, Any]:
         charts = figures()
-        portrait = charts.portrait_figure({"gait": charts.cycle(gait)}, title=title)
+        portrait = charts.portrait_figure(
+            {"gait": charts.cycle(gait, gait.period + 1)}, title=title
+        )
         return {"": charts.gait_figure(gait, title=title), PORTRAIT: portrait}
 
     data = gait_data(gait) | {"contact": _contact(contact)}

@@ -43,6 +43,7 @@ class Renderer:
         params: the walker; a trajectory brings its own.
         width, height: of the frames, px.
         name: shown in the corner, where there are several walks.
+        painter: to share one of that size with other renderers; its own if left out.
 
     It can be copied and pickled, with the walk that it has followed.
 
@@ -52,11 +53,17 @@ class Renderer:
     """
 
     def __init__(
-        self, params: WalkerParams, *, width: int = 640, height: int = 360, name: str = ""
+        self,
+        params: WalkerParams,
+        *,
+        width: int = 640,
+        height: int = 360,
+        name: str = "",
+        painter: Painter | None = None,
     ) -> None:
         self.params, self.name = params, name
-        self.width, self.height = width, height
-        self._painter = Painter(width, height)
+        self._painter = painter or Painter(width, height)
+        self.width, self.height = self._painter.width, self._painter.height
         self.reset()
 
     def reset(
@@ -81,6 +88,11 @@ class Renderer:
         self._sector = (-lock - SOLE, -lock + SOLE)
         if state is not None:
             self._stand(check_state(state))
+
+    @property
+    def painter(self) -> Painter:
+        """What draws the frames; renderers of one thread may share it."""
+        return self._painter
 
     def follow(self, trajectory: Trajectory) -> None:
         """Go on along a trajectory; draws nothing yet.
@@ -212,11 +224,7 @@ class Renderer:
             )
 
     def _film(self, t: Array, q: Array, foot: Array, stride: npt.NDArray[np.int64]) -> Array:
-        """Where the camera is at each sample, (n, 2) m: it follows the hip and the floor.
-
-        Forward it is a critically damped observer of the hip, which settles on the
-        walker's mean speed and so keeps up without lagging; up it lags.
-        """
+        """Where the camera is at each sample, (n, 2) m: it follows the hip and the floor."""
         hips, floor = hip_forward(q, foot, self.params), foot[:, 1] - self.params.foot_radius
         camera = self._camera or Camera(float(hips[0]), float(floor[0]), 0.0)
         if self._strides == 0:  # begin at the mean speed of the first stride

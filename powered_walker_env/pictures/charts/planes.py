@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.phases import Outcome
@@ -19,6 +20,7 @@ from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     INK,
     ORANGE,
+    PALE,
     RED,
     Drawing,
     label_of,
@@ -42,6 +44,7 @@ from powered_walker_env.simulation.strides import Array
 STABLE = "#cfe3c0"  # the stable side of a boundary
 BAND = 0.03  # of the bounds' widths: how far the stable side is shaded
 ASIDE = 0.004  # of the bounds' widths: how far from a boundary its sides are looked at
+ON_CURVE = 1e-9  # of the bounds' widths: a crossing so near is the point's own
 ASKED = 5  # points of a piece of boundary whose sides are looked at
 #: Colours of the kinds of fall, by the order in which they are met; darker with more strides.
 FALLS = ("#b9b9b9", "#e3c9a8", "#a9c7d8", "#d9b8c4", "#c9d3a6", "#c3b7dd", "#e6e6e6")
@@ -72,13 +75,11 @@ def boundary_figure(
         edge = np.where(boundary.limits_stability[:, np.newaxis], boundary.values, np.nan)
         axes.plot(*edge.T, color=colour, lw=2.2, label=None if name in names else name)
         names[name] = None
-        _shade_stable_side(axes, boundary)
+        _shade_stable_side(axes, boundary, boundaries)
     if nominal is not None:
         axes.plot(*nominal, "o", color=INK, markersize=6, label="the gait asked for")
     first, second = boundaries[0].parameters
-    (left, right), (low, high) = boundaries[0].bounds
     axes.set(xlabel=label_of(first), ylabel=label_of(second), title=title)
-    axes.set(xlim=(left, right), ylim=(low, high))
     handles, _ = axes.get_legend_handles_labels()
     handles.append(Patch(color=STABLE, label="the stable side of an edge"))
     if not all(b.limits_stability.all() for b in boundaries):
@@ -97,21 +98,50 @@ def boundary_figure(
     return Drawing(figure, columns)
 
 
-def _shade_stable_side(axes: Axes, boundary: Boundary) -> None:
-    """A band along each edge of stability, on the side where the gait is stable."""
+def _shade_stable_side(axes: Axes, boundary: Boundary, others: Sequence[Boundary]) -> None:
+    """A band along each edge of stability, on the side where the gait is stable.
+
+    It ends where it meets another curve: beyond, the gait may be unstable again; where two
+    curves all but coincide there is none.
+    """
     widths = np.array([high - low for low, high in boundary.bounds])
+    curves = [b.values / widths for b in others]
+    apart = [b.values / widths for b in others if b is not boundary]
     for piece in _edges(boundary.limits_stability):
-        values = boundary.values[piece]
-        along = np.gradient(values / widths, axis=0)
-        lengths = np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
-        normals = (along / lengths) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) * widths
-        asked = np.unique(np.linspace(0, len(values) - 1, ASKED + 2)[1:-1].round().astype(int))
-        votes = sum(
-            _stable_side(boundary, values[k], normals[k], piece.start + k) for k in asked.tolist()
-        )
-        far = values + BAND * np.sign(votes) * normals
-        if votes:
-            axes.fill(*np.concatenate([values, far[::-1]]).T, color=STABLE, lw=0, zorder=0.5)
+        points = boundary.values[piece] / widths
+        along = np.gradient(points, axis=0)
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        normals = along @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        asked = np.unique(np.linspace(0, len(points) - 1, ASKED + 2)[1:-1].round().astype(int))
+        side = np.sign(sum(
+            _stable_side(boundary, normals[k] * widths, piece.start + k) for k in asked.tolist()
+        ))  # fmt: skip
+        if side:
+            reach = np.minimum(BAND, _free_way(points, side * normals, curves))
+            reach[_free_way(points, -side * normals, apart) < ASIDE] = 0.0
+            far = points + reach[:, np.newaxis] * side * normals
+            band = np.concatenate([points, far[::-1]]) * widths
+            axes.fill(*band.T, color=STABLE, lw=0, zorder=0.5)
+
+
+def _free_way(points: Array, ways: Array, curves: Sequence[Array]) -> Array:
+    """(n,) how far each point can go its way (n, 2) until it meets a curve."""
+    if not curves:
+        return np.full(len(points), np.inf)
+    starts = np.concatenate([curve[:-1] for curve in curves])
+    steps = np.concatenate([np.diff(curve, axis=0) for curve in curves])
+    apart = starts - points[:, np.newaxis]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = _cross(ways[:, np.newaxis], steps)
+        distance, share = _cross(apart, steps) / turn, _cross(apart, ways[:, np.newaxis]) / turn
+    met = (share >= 0) & (share <= 1) & (distance > ON_CURVE)
+    free: Array = np.where(met, distance, np.inf).min(axis=1)
+    return free
+
+
+def _cross(a: Array, b: Array) -> Array:
+    turn: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return turn
 
 
 def _edges(edge: NDArray[np.bool_]) -> Iterator[slice]:
@@ -122,14 +152,14 @@ def _edges(edge: NDArray[np.bool_]) -> Iterator[slice]:
             yield slice(begin, end)
 
 
-def _stable_side(boundary: Boundary, value: Array, normal: Array, index: int) -> int:
+def _stable_side(boundary: Boundary, normal: Array, index: int) -> int:
     """+1 where the gait is stable along the normal, −1 against it, 0 if that is not seen.
 
     A fold has gaits on one side only, a stable and an unstable one.
     """
     radii = []
     for sign in (1.0, -1.0):
-        where = value + sign * ASIDE * normal
+        where = boundary.values[index] + sign * ASIDE * normal
         try:
             family = Family(boundary.params, boundary.control, boundary.parameters, np.ones(2))
             params, control = family.walker(where)
@@ -160,6 +190,7 @@ def bifurcation_figure(
         raise ValueError(f"component must be one of {', '.join(COORDINATES)}, got {component!r}")
     column = COORDINATES.index(component)
     figure, (axes,) = sheet(1, 4.4)
+    axes.xaxis.set_major_locator(MaxNLocator(6))
     x = np.repeat(diagram.values, diagram.keep)
     rising, falling = (ramp.states[:, :, column].ravel() for ramp in (diagram.up, diagram.down))
     small: Any = {"linestyle": "", "markeredgewidth": 0, "rasterized": True}
@@ -171,7 +202,13 @@ def bifurcation_figure(
         title=title,
         xlim=(diagram.values[0], diagram.values[-1]),
     )
-    figure.legend(loc="outside lower center", ncols=2, markerscale=2)
+    fallen = np.isnan(diagram.up.states[:, -1, 0]) & np.isnan(diagram.down.states[:, -1, 0])
+    if fallen.any():
+        axes.fill_between(
+            diagram.values, 0, 1, where=fallen.tolist(), transform=axes.get_xaxis_transform(),
+            color=PALE, lw=0, step="mid", zorder=0.5, label="falls, both ways",
+        )  # fmt: skip
+    figure.legend(loc="outside lower center", ncols=3, markerscale=2)
     columns = {diagram.parameter: x, f"{component}_up": rising, f"{component}_down": falling}
     return Drawing(figure, columns)
 

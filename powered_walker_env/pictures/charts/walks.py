@@ -109,7 +109,8 @@ def portrait_figure(walks: Mapping[str, Trajectory], *, title: str = "") -> Draw
                                             colour if len(walks) > 1 else PALETTE[1]))  # fmt: skip
         for i, (leg, line, hue) in enumerate(styles):
             label = f"{leg} leg" if lone else f"{name}, {leg} leg"
-            _draw_portrait(axes, walk, motion[i], motion[i + 2], hue, label, ls=line)
+            width = 1.8 if lone or name == GAIT else 0.7
+            _draw_portrait(axes, walk, motion[i], motion[i + 2], hue, label, line, width)
             shown.append(np.stack([motion[i], motion[i + 2]])[:, _walked(walk)])
         jumps = _jumps(walk, motion)
         axes.plot(*jumps, ":", color=GREY, lw=0.8, zorder=1,
@@ -227,15 +228,16 @@ def _set_limits(axes: Axes, angles: Array, rates: Array) -> None:
 
 
 def _draw_portrait(
-    axes: Axes, walk: Trajectory, angle: Array, rate: Array, colour: str, name: str, ls: str = "-"
-) -> None:
+    axes: Axes, walk: Trajectory, angle: Array, rate: Array, colour: str, name: str,
+    line: str = "-", width: float | None = None,
+) -> None:  # fmt: skip
     """One leg's path, a line for each stride, with a dot where it begins."""
     ends = np.flatnonzero(np.diff(walk.stride)) + 1
     x, y = (np.insert(values, ends, np.nan) for values in (angle, rate))
-    single = walk.stride[-1] == 0
-    width, alpha = (1.8, 1.0) if single else (0.7, 0.7)
-    axes.plot(x, y, color=colour, lw=width, ls=ls, alpha=alpha, label=name)
+    width = width or (1.8 if walk.stride[-1] == 0 else 0.7)
+    bold = width > 1
+    axes.plot(x, y, color=colour, lw=width, ls=line, alpha=1.0 if bold else 0.7, label=name)
     starts = np.concatenate([[0], ends])
-    axes.plot(angle[starts], rate[starts], ".", color=colour, markersize=9 if single else 4)
+    axes.plot(angle[starts], rate[starts], ".", color=colour, markersize=9 if bold else 4)
     if walk.outcome != Outcome.WALKED:
         axes.plot(angle[-1], rate[-1], "X", color=colour, markersize=9)
