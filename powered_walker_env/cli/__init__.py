@@ -15,7 +15,7 @@ from importlib.metadata import version
 import numpy as np
 
 from powered_walker_env.cli import costs, published, regions, studies, walking
-from powered_walker_env.cli.running import flushed, run_command, say_anything
+from powered_walker_env.cli.running import run_command, say_anything, told
 
 PROG = "powered-walker"
 
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parser().parse_args([_plain(argument) for argument in given])
     except SystemExit:  # --help, --version, or a usage error
-        if status := flushed(PROG):
+        if status := told(PROG):
             sys.exit(status)
         raise
     return run_command(options.command, options, PROG)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from powered_walker_env.model.powering import (
     scheme_of,
 )
 from powered_walker_env.model.presets import PRESETS
-from powered_walker_env.model.quantities import quantities
+from powered_walker_env.model.quantities import ANY, Domain, quantities
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
@@ -24,7 +25,8 @@ from powered_walker_env.poincare.families import check_parameter
 
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
 AROUND_ZERO = 0.02  # the same for a parameter that is zero, as the slope
-MOST = 10_000_000  # starts, strides or values of one command: about a gigabyte
+MOST = 10_000_000  # starts or values of one command: about a gigabyte
+MOST_STRIDES = 10_000  # of a walk, whose samples are all kept
 
 
 def add_command(
@@ -211,18 +213,29 @@ def parameter_of(options: argparse.Namespace) -> str:
     return name
 
 
+def _domains() -> dict[str, Domain]:
+    """Of the numbers of walkers and controls."""
+    owners = (WalkerParams, *(each.control for each in SCHEMES.values() if each.control))
+    return {name: q.domain for owner in owners for name, q in quantities(owner).items()}
+
+
 def range_around(
-    bounds: Sequence[float] | None, value: float, around: float = AROUND
+    bounds: Sequence[float] | None, value: float, around: float = AROUND, name: str = ""
 ) -> tuple[float, float]:
-    """The bounds asked for, or some to either side of a value.
+    """The bounds asked for, or some to either side of a value, in the domain of the name.
 
     Raises:
-        ValueError: bounds that do not rise.
+        ValueError: bounds that do not rise, or are not finite.
     """
     if bounds is None:
         reach = around * abs(value) if value else AROUND_ZERO
-        return value - reach, value + reach
+        domain = _domains().get(name, ANY)
+        low, high = max(value - reach, domain.low), min(value + reach, domain.high)
+        return (
+            low if domain.holds(low) else 0.5 * (low + value),
+            high if domain.holds(high) else 0.5 * (high + value),
+        )
     low, high = bounds
-    if not low < high:
-        raise ValueError(f"--bounds must rise, got {low!r} {high!r}")
+    if not -math.inf < low < high < math.inf:
+        raise ValueError(f"--bounds must rise and be finite, got {low!r} {high!r}")
     return low, high

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from powered_walker_env.cli.options import (
+    MOST_STRIDES,
     add_command,
     add_running,
     add_walker,
@@ -41,6 +43,7 @@ from powered_walker_env.simulation.strides import Array
 from powered_walker_env.tabular import aligned
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
+WIDER = (0.05, 0.2, 0.8, 3.0, 12.0)  # of the values: how far boundaries are looked for
 REACHES = [0.01 * 2**k for k in range(8)]  # natural units around the gait: how far basins go
 UNSTABLE_REACH = 0.1  # the same for a gait that nothing ends on
 COARSE = 60  # starts across and up that a window is judged by
@@ -56,11 +59,11 @@ def add_commands(commands: Any) -> None:
     edge.add_argument(
         "--parameters", nargs=2, choices=PARAMETERS, metavar=("ACROSS", "UP"),
         help="(default: switch_angle stall_torque, or what else powers the walker; of a passive "
-        "one, com_across slope)",
+        "one, com_across slope, or with massless feet hip_stiffness slope)",
     )  # fmt: skip
     edge.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
-        help="of both; 5%% to either side of the walker's values if left out",
+        help="of both; wide enough for the gait to lose its stability if left out",
     )  # fmt: skip
     edge.add_argument("--step", type=float, help="longest step, as a share of the bounds' widths")
     add_out(edge)
@@ -90,11 +93,8 @@ def _boundary(options: argparse.Namespace) -> Report:
     options.parameters = _parameters(options)
     gait = gait_of(options)
     first, second = options.parameters
-    given = options.bounds or [None] * 4
-    pairs = [None if pair[0] is None else pair for pair in (given[:2], given[2:])]
     values = [value_of(gait.params, gait.control, name) for name in (first, second)]
-    bounds = tuple(range_around(p, v) for p, v in zip(pairs, values, strict=True))
-    points = _limits(gait, second, bounds[1])
+    bounds, points = _limits(gait, (first, second), options.bounds)
     curves: list[Boundary] = []
     with Progress("boundary") as progress:
         for number, point in enumerate(points):
@@ -119,27 +119,36 @@ def _boundary(options: argparse.Namespace) -> Report:
 def _parameters(options: argparse.Namespace) -> list[str]:
     """The two parameters asked for, else the control, or what a passive walker lives by."""
     default = [*powered_by(options).numbers, "slope"][:2]
-    names: list[str] = options.parameters or (default if default[1:] else ["com_across", "slope"])
+    massless = walker_of(options)[0].massless_foot
+    passive = ["hip_stiffness" if massless else "com_across", "slope"]
+    names: list[str] = options.parameters or (default if default[1:] else passive)
     control = walker_of(options)[1]
     for name in names:
         check_parameter(name, control)
     return names
 
 
-def _limits(gait: Gait, parameter: str, bounds: tuple[float, float]) -> list[SpecialPoint]:
-    """Where the gait's branch loses its stability along one parameter.
+def _limits(
+    gait: Gait, parameters: Sequence[str], given: Sequence[float] | None
+) -> tuple[tuple[Bounds, Bounds], list[SpecialPoint]]:
+    """Bounds, those given or the narrowest that will do, and where stability is lost upwards.
 
     Raises:
         GaitNotFoundError: nowhere.
     """
-    branch = continue_gait(gait, parameter, bounds)
-    points = [point for point in branch.special_points if point.limits_stability]
-    if not points:
-        raise GaitNotFoundError(
-            f"the gait's branch has no limit of stability for {parameter} in "
-            f"[{bounds[0]:g}, {bounds[1]:g}]; give wider --bounds"
+    pairs = (None, None) if given is None else (given[:2], given[2:])
+    for around in WIDER if given is None else WIDER[:1]:
+        across, up = (
+            range_around(pair, value_of(gait.params, gait.control, name), around, name)
+            for pair, name in zip(pairs, parameters, strict=True)
         )
-    return points
+        branch = continue_gait(gait, parameters[1], up)
+        if points := [point for point in branch.special_points if point.limits_stability]:
+            return (across, up), points
+    raise GaitNotFoundError(
+        f"the gait's branch has no limit of stability for {parameters[1]} in "
+        f"[{up[0]:g}, {up[1]:g}]; give wider --bounds"
+    )
 
 
 def _passes(curve: Boundary, point: SpecialPoint, where: Array) -> bool:
@@ -177,6 +186,7 @@ def _edge(curve: Boundary) -> dict[str, Any]:
 
 def _basin(options: argparse.Namespace) -> Report:
     check_count("--points, their product,", abs(math.prod(options.points)), least=0)
+    check_count("strides", options.strides, most=MOST_STRIDES)
     gait = gait_of(options)
     grid = _slice(options, gait)
     with Progress("basin") as progress:
@@ -195,7 +205,10 @@ def _basin(options: argparse.Namespace) -> Report:
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
     axes, given = tuple(options.axes), options.bounds
-    ranges = _window(options, gait) if given is None else (tuple(given[:2]), tuple(given[2:]))
+    if given is None:
+        ranges = _window(options, gait)
+    else:
+        ranges = range_around(given[:2], 0.0), range_around(given[2:], 0.0)
     return Slice(gait.state, axes, ranges, tuple(options.points))
 
 

@@ -48,14 +48,12 @@ def run_command(
         with _stoppable():
             check_out(options)
             report = put_out(options, command(options))
-            print(json.dumps(finite(report.data), indent=2) if options.json else report.text)
-            return flushed(prog) or report.status
+            data = json.dumps(finite(report.data), indent=2) if options.json else None
+            return told(prog, data or report.text) or report.status
     except GaitNotFoundError as error:
         return failed(prog, str(error), NOT_FOUND)
     except MemoryError as error:
         return failed(prog, f"not enough memory: {error}; ask for less", USER_ERROR)
-    except BrokenPipeError:
-        return _abandon(PIPE_CLOSED)
     except EXPECTED as error:
         return failed(prog, str(error), USER_ERROR)
     except KeyboardInterrupt as error:
@@ -79,9 +77,11 @@ def failed(prog: str, message: str, status: int) -> int:
     return status
 
 
-def flushed(prog: str) -> int:
-    """Write what is still to be written; 0, or the status if that is impossible."""
+def told(prog: str, text: str | None = None) -> int:
+    """Print a text, and what is still to be written; 0, or the status if that is impossible."""
     try:
+        if text is not None:
+            print(text)
         if sys.stdout is not None:
             sys.stdout.flush()
     except BrokenPipeError:

@@ -73,7 +73,7 @@ def _branch(options: argparse.Namespace) -> Report:
     options.parameter = parameter_of(options)
     gait = gait_of(options)
     value = value_of(gait.params, gait.control, options.parameter)
-    bounds = range_around(options.bounds, value, options.around)
+    bounds = range_around(options.bounds, value, options.around, options.parameter)
     branches = [continue_gait(gait, options.parameter, bounds, step=options.step)]
     if options.doubled:
         branches += _doubled(branches[0], bounds, options.step)
@@ -141,7 +141,7 @@ def _bifurcation(options: argparse.Namespace) -> Report:
     options.parameter = parameter_of(options)
     params, control, _ = walker_of(options)
     value = value_of(params, control, options.parameter)
-    low, high = range_around(options.bounds, value, options.around)
+    low, high = range_around(options.bounds, value, options.around, options.parameter)
     with Progress("bifurcation") as progress:
         diagram = bifurcation_diagram(
             params, control, options.parameter, np.linspace(low, high, options.points),

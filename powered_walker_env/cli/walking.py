@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.cli.options import (
+    MOST_STRIDES,
     add_command,
     add_walker,
     check_count,
@@ -30,7 +31,6 @@ from powered_walker_env.poincare.energy.contact import ContactReport
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 from powered_walker_env.tabular import aligned
 
-MOST_STRIDES = 10_000  # of one walk, whose samples are all kept
 SAMPLES = 0.01  # of sqrt(L/g): time between them
 PORTRAIT = "-portrait"
 

@@ -31,7 +31,6 @@ from powered_walker_env.poincare.branches.continuation import continue_gait
 from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
 from powered_walker_env.poincare.regions.basins import Basin, basin
 from powered_walker_env.poincare.regions.slices import Slice
-from tests.helpers.published import PASSIVE_GAITS
 
 THESIS = PRESETS["camp1997-as-published"]
 
@@ -186,9 +185,6 @@ def test_a_basin_without_picture_and_a_wrong_component_are_refused() -> None:
 
 
 def test_gaits_that_have_no_such_figure_are_refused() -> None:
-    passive = PASSIVE_GAITS[0]
-    with pytest.raises(ValueError, match="gait must be one of an ankle motor"):
-        gait_figure(find_gait(passive.params, None, passive.state))
     with pytest.raises(ValueError, match="gait must have a constant control, got a policy"):
         row = np.array([[2.8625, 692.0]])
         gait_figure(

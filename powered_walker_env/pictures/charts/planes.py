@@ -206,7 +206,7 @@ def bifurcation_figure(
     if fallen.any():
         axes.fill_between(
             diagram.values, 0, 1, where=fallen.tolist(), transform=axes.get_xaxis_transform(),
-            color=PALE, lw=0, step="mid", zorder=0.5, label="falls, both ways",
+            color=PALE, lw=0, step="mid", zorder=0.5, label="no walk, up or down",
         )  # fmt: skip
     figure.legend(loc="outside lower center", ncols=3, markerscale=2)
     columns = {diagram.parameter: x, f"{component}_up": rising, f"{component}_down": falling}

@@ -132,4 +132,5 @@ def label_of(name: str) -> str:
         if owner is not None and name in quantities(owner):
             label, unit = quantities(owner)[name].label, quantities(owner)[name].unit
             break
-    return textwrap.fill(f"{label} ({unit})" if unit else label, LONGEST_LABEL)
+    whole = unit.replace(" ", "\u00a0")  # a unit is not broken
+    return textwrap.fill(f"{label} ({whole})" if unit else label, LONGEST_LABEL)
