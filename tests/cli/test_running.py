@@ -160,9 +160,14 @@ def run(
 ) -> subprocess.CompletedProcess[str]:
     """A command in a process of its own."""
     return subprocess.run(
-        [sys.executable, "-c", CODE, *arguments], stdout=stdout, stderr=subprocess.PIPE,
-        env={**os.environ, "PYTHONUNBUFFERED": "", **(environment or {})}, text=True, encoding="latin-1", check=False,
-    )  # fmt: skip
+        [sys.executable, "-c", CODE, *arguments],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "PYTHONUNBUFFERED": "", **(environment or {})},
+        text=True,
+        encoding="latin-1",
+        check=False,
+    )
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "cp437", "utf-8"])
@@ -235,6 +240,18 @@ def test_a_signal_stops_workers_too_and_says_so(number: signal.Signals, tmp_path
     assert process.returncode == 128 + number
     assert len([*folder.iterdir()]) >= 2  # a piece and what it belongs to
     _wait_for(lambda: not _session(process.pid))
+
+
+def test_a_stopped_reproduction_leaves_no_folder(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", CODE, "reproduce", "--out", str(tmp_path / "again")],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    _wait_for(lambda: [*tmp_path.glob(".again.*.part")])
+    process.terminate()
+    _, error = process.communicate(timeout=60)
+    assert error.endswith("powered-walker: terminated\n")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_a_second_signal_ends_everything_at_once() -> None:
