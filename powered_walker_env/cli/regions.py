@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,19 +29,17 @@ from powered_walker_env.poincare import (
     Gait,
     GaitNotFoundError,
     Slice,
-    SpecialPoint,
     basin,
-    continue_boundary,
-    continue_gait,
+    stability_boundaries,
 )
 from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions.basins import FELL
-from powered_walker_env.poincare.regions.slices import COORDINATES
+from powered_walker_env.poincare.regions.slices import COORDINATES, SLICES, slice_through
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.tabular import aligned
 
-SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
+SLICED = "simplest"  # the walker of the planes of the literature
 WIDER = (0.05, 0.2, 0.8, 3.0, 12.0)  # of the values: how far boundaries are looked for
 REACHES = [0.01 * 2**k for k in range(8)]  # natural units around the gait: how far basins go
 UNSTABLE_REACH = 0.1  # the same for a gait that nothing ends on
@@ -66,7 +63,8 @@ def add_commands(commands: Any) -> None:
         help="of both; wide enough for the gait to lose its stability if left out",
     )  # fmt: skip
     edge.add_argument("--step", type=float, help="longest step, as a share of the bounds' widths")
-    add_out(edge)
+    add_running(edge)
+    add_out(edge, resumable=True)
     starts = add_command(
         commands, "basin", _basin, "what becomes of the walker from each start in a slice"
     )
@@ -75,6 +73,11 @@ def add_commands(commands: Any) -> None:
         "--axes", nargs=2, choices=COORDINATES, default=["stance_angle", "stance_rate"],
         metavar=("ACROSS", "UP"),
         help=f"two of {', '.join(COORDINATES)} (default: stance_angle stance_rate)",
+    )  # fmt: skip
+    starts.add_argument(
+        "--slice", choices=SLICES, metavar="NAME",
+        help=f"a plane of the literature, one of {', '.join(SLICES)}, with its own walker "
+        f"({SLICED}), axes and bounds",
     )  # fmt: skip
     starts.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
@@ -92,28 +95,37 @@ def add_commands(commands: Any) -> None:
 def _boundary(options: argparse.Namespace) -> Report:
     options.parameters = _parameters(options)
     gait = gait_of(options)
-    first, second = options.parameters
-    values = [value_of(gait.params, gait.control, name) for name in (first, second)]
-    bounds, points = _limits(gait, (first, second), options.bounds)
-    curves: list[Boundary] = []
     with Progress("boundary") as progress:
-        for number, point in enumerate(points):
-            progress(number, len(points), math.nan)
-            start = np.array([values[0], point.value])
-            if not any(_passes(curve, point, start) for curve in curves):
-                curves.append(
-                    continue_boundary(
-                        point, (first, second), (bounds[0], bounds[1]), step=options.step
-                    )
-                )
-    nominal = (values[0], values[1])
+        curves = _curves(options, gait, progress)
+    nominal = [value_of(gait.params, gait.control, name) for name in options.parameters]
     title = f"Where the gait of {options.preset} loses its stability"
     return Report(
         "\n".join(map(_boundary_text, curves)),
         {"boundaries": [*map(_edge, curves)]},
-        result=tuple(curves),
+        result=curves,
         draw=lambda: {"": figures().boundary_figure(curves, nominal=nominal, title=title)},
     )
+
+
+def _curves(options: argparse.Namespace, gait: Gait, progress: Progress) -> tuple[Boundary, ...]:
+    """The boundaries within the bounds given, or the narrowest that have any."""
+    first, second = options.parameters
+    given = options.bounds
+    pairs = (None, None) if given is None else (given[:2], given[2:])
+    for around in WIDER if given is None else WIDER[:1]:
+        across, up = (
+            range_around(pair, value_of(gait.params, gait.control, name), around, name)
+            for pair, name in zip(pairs, options.parameters, strict=True)
+        )
+        try:
+            return stability_boundaries(
+                gait, (first, second), (across, up), step=options.step, backend=options.backend,
+                address=options.address, jobs=options.jobs, progress=progress,
+                checkpoint=unfinished(options),
+            )  # fmt: skip
+        except GaitNotFoundError as error:
+            nowhere = error
+    raise nowhere
 
 
 def _parameters(options: argparse.Namespace) -> list[str]:
@@ -126,40 +138,6 @@ def _parameters(options: argparse.Namespace) -> list[str]:
     for name in names:
         check_parameter(name, control)
     return names
-
-
-def _limits(
-    gait: Gait, parameters: Sequence[str], given: Sequence[float] | None
-) -> tuple[tuple[Bounds, Bounds], list[SpecialPoint]]:
-    """Bounds, those given or the narrowest that will do, and where stability is lost upwards.
-
-    Raises:
-        GaitNotFoundError: nowhere.
-    """
-    pairs = (None, None) if given is None else (given[:2], given[2:])
-    for around in WIDER if given is None else WIDER[:1]:
-        across, up = (
-            range_around(pair, value_of(gait.params, gait.control, name), around, name)
-            for pair, name in zip(pairs, parameters, strict=True)
-        )
-        branch = continue_gait(gait, parameters[1], up)
-        if points := [point for point in branch.special_points if point.limits_stability]:
-            return (across, up), points
-    raise GaitNotFoundError(
-        f"the gait's branch has no limit of stability for {parameters[1]} in "
-        f"[{up[0]:g}, {up[1]:g}]; give wider --bounds"
-    )
-
-
-def _passes(curve: Boundary, point: SpecialPoint, where: Array) -> bool:
-    """Whether a curve already goes through a special point: curves may turn back."""
-    widths = np.array([high - low for low, high in curve.bounds])
-    corners = (curve.values - where) / widths
-    steps = np.diff(corners, axis=0)
-    lengths = np.maximum((steps**2).sum(axis=1), 1e-300)
-    shares = np.clip(-(corners[:-1] * steps).sum(axis=1) / lengths, 0.0, 1.0)
-    nearest = np.linalg.norm(corners[:-1] + shares[:, np.newaxis] * steps, axis=1).min()
-    return curve.kind is point.kind and float(nearest) < SAME_CURVE
 
 
 def _boundary_text(curve: Boundary) -> str:
@@ -187,6 +165,8 @@ def _edge(curve: Boundary) -> dict[str, Any]:
 def _basin(options: argparse.Namespace) -> Report:
     check_count("--points, their product,", abs(math.prod(options.points)), least=0)
     check_count("strides", options.strides, most=MOST_STRIDES)
+    if options.slice and (walker := SLICES[options.slice]((1, 1)).section):
+        options.preset, options.set = SLICED, [f"slope={walker.slope}"]
     gait = gait_of(options)
     grid = _slice(options, gait)
     with Progress("basin") as progress:
@@ -196,7 +176,7 @@ def _basin(options: argparse.Namespace) -> Report:
             address=options.address, jobs=options.jobs, progress=progress,
             checkpoint=unfinished(options),
         )  # fmt: skip
-    title = f"Starts of {options.preset}, in a slice through its gait"
+    title = f"Starts of {options.preset}, in a plane through its gait"
     return Report(
         _basin_text(found), _basin_data(found), result=found,
         draw=lambda: {"": figures().basin_figure(found, title=title)},
@@ -204,12 +184,14 @@ def _basin(options: argparse.Namespace) -> Report:
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
-    axes, given = tuple(options.axes), options.bounds
+    points, given = tuple(options.points), options.bounds
+    if options.slice:
+        return SLICES[options.slice](points)
     if given is None:
         ranges = _window(options, gait)
     else:
         ranges = range_around(given[:2], 0.0), range_around(given[2:], 0.0)
-    return Slice(gait.state, axes, ranges, tuple(options.points))
+    return slice_through(gait, tuple(options.axes), ranges, points)
 
 
 def _window(options: argparse.Namespace, gait: Gait) -> tuple[Bounds, Bounds]:
@@ -221,7 +203,7 @@ def _window(options: argparse.Namespace, gait: Gait) -> tuple[Bounds, Bounds]:
     centre, units = np.array(gait.state)[columns], natural_units(gait.params)[columns]
     for reach in REACHES if gait.stable else [UNSTABLE_REACH]:
         low, high = centre - reach * units, centre + reach * units
-        grid = Slice(gait.state, tuple(options.axes), _pairs(low, high), (COARSE, COARSE))
+        grid = slice_through(gait, tuple(options.axes), _pairs(low, high), (COARSE, COARSE))
         found = basin(
             gait.params, gait.control, grid, strides=options.strides,
             gaits=[gait] if gait.stable else [], backend="threading",

@@ -139,12 +139,12 @@ def _bifurcation(options: argparse.Namespace) -> Report:
         check_count(name, getattr(options, name.strip("-")), least)
     check_count("--points times --keep", options.points * options.keep)
     options.parameter = parameter_of(options)
-    params, control, _ = walker_of(options)
+    params, control, state = walker_of(options)
     value = value_of(params, control, options.parameter)
     low, high = range_around(options.bounds, value, options.around, options.parameter)
     with Progress("bifurcation") as progress:
         diagram = bifurcation_diagram(
-            params, control, options.parameter, np.linspace(low, high, options.points),
+            params, control, options.parameter, np.linspace(low, high, options.points), state=state,
             transient=options.transient, keep=options.keep, backend=options.backend,
             address=options.address, jobs=options.jobs, progress=progress,
             checkpoint=unfinished(options),
@@ -159,7 +159,7 @@ def _bifurcation(options: argparse.Namespace) -> Report:
 
 
 def _ramps_text(diagram: BifurcationDiagram) -> str:
-    names = {-1: "falls", 0: "no period found"}
+    names = {-2: "no stable start found", -1: "falls", 0: "no period found"}
     lines = []
     for name, ramp in (("up", diagram.up), ("down", diagram.down)):
         lines.append(f"ramped {name} through {len(diagram.values)} values of {diagram.parameter}:")

@@ -154,7 +154,7 @@ def test_an_interrupted_basin_goes_on_where_it_stopped(
         assert main([*BASIN, *out]) == 130
     error = capsys.readouterr().err
     assert error == "powered-walker: interrupted; the same command goes on from here\n"
-    left = sorted((tmp_path / "basin.unfinished").glob("*.pickle"))
+    left = sorted((tmp_path / "basin.unfinished").glob("*.npz"))
     assert 1 <= len(left) < 3
     told: list[tuple[int, int]] = []
     with monkeypatch.context() as patch:

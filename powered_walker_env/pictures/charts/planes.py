@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -38,7 +37,7 @@ from powered_walker_env.poincare import (
 )
 from powered_walker_env.poincare.families import Family
 from powered_walker_env.poincare.regions.basins import FELL, WALKING
-from powered_walker_env.poincare.regions.slices import COORDINATES
+from powered_walker_env.poincare.regions.slices import COORDINATES, free_coordinates
 from powered_walker_env.simulation.strides import Array
 
 STABLE = "#cfe3c0"  # the stable side of a boundary
@@ -46,8 +45,18 @@ BAND = 0.03  # of the bounds' widths: how far the stable side is shaded
 ASIDE = 0.004  # of the bounds' widths: how far from a boundary its sides are looked at
 ON_CURVE = 1e-9  # of the bounds' widths: a crossing so near is the point's own
 ASKED = 5  # points of a piece of boundary whose sides are looked at
-#: Colours of the kinds of fall, by the order in which they are met; darker with more strides.
-FALLS = ("#b9b9b9", "#e3c9a8", "#a9c7d8", "#d9b8c4", "#c9d3a6", "#c3b7dd", "#e6e6e6")
+#: Colours of the kinds of fall; darker with more strides.
+FALLS = {
+    Outcome.FELL_FORWARD: "#e3c9a8",
+    Outcome.FELL_BACKWARD: "#b9b9b9",
+    Outcome.SWING_LEG_HORIZONTAL: "#d9b8c4",
+    Outcome.HIP_BELOW_FLOOR: "#c3b7dd",
+    Outcome.FOOT_ROLLED_OVER: "#a9c7d8",
+    Outcome.FOOT_FELL_BACK: "#c9d3a6",
+    Outcome.NO_SWITCH: "#b5d6cc",
+    Outcome.NO_LANDING: "#ece3a3",
+}
+OTHER_FALL = "#ececec"
 
 
 @styled
@@ -235,10 +244,11 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
     most = max(int(strides[fate == FELL].max(initial=0)), 1)
     darker = 1.0 - 0.55 * (strides / most)[..., np.newaxis]
     met = dict.fromkeys(ends[fate == FELL].tolist())
-    for outcome, colour in zip(met, itertools.cycle(FALLS)):
+    for outcome in map(Outcome, sorted(met)):
+        colour = FALLS.get(outcome, OTHER_FALL)
         here = (fate == FELL) & (ends == outcome)
         picture[here] = (np.array(to_rgb(colour)) * darker)[here]
-        handles.append(Patch(color=colour, label=f"{Outcome(outcome).label}*"))
+        handles.append(Patch(color=colour, label=f"{outcome.label}*"))
     axes.imshow(picture, origin="lower", extent=(left, right, low, high), aspect="auto",
                 interpolation="nearest")  # fmt: skip
     indices = [COORDINATES.index(name) for name in grid.axes]
@@ -258,14 +268,18 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
 
 
 def _fixed(basin: Basin) -> str:
-    """The coordinates that the slice keeps."""
-    assert basin.grid is not None
+    """What the plane keeps, and whether it lies on the section that strides end on."""
+    grid = basin.grid
+    assert grid is not None
+    free = COORDINATES if grid.section is None else free_coordinates(grid.section)
     kept = [
         f"{name.replace('_', ' ')} {value:.4g} {'rad/s' if name.endswith('rate') else 'rad'}"
-        for name, value in zip(COORDINATES, basin.grid.base, strict=True)
-        if name not in basin.grid.axes
-    ]
-    return f"at {', '.join(kept)}"
+        for name, value in zip(COORDINATES, grid.base, strict=True)
+        if name in free and name not in grid.axes
+        and not (grid.section and name == "stance_angle")  # the swing angle stands for it
+    ]  # fmt: skip
+    section = ["on the section that its strides end on"] if grid.section else []
+    return ", ".join([*section, *([f"at {', '.join(kept)}"] if kept else [])])
 
 
 def _fates(basin: Basin) -> Iterator[tuple[int, str, str]]:
