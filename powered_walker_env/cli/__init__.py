@@ -43,7 +43,7 @@ def _plain(argument: str) -> str:
     """-1e-3 as -0.001: argparse takes a negative number for an option unless it is written so."""
     if argument.startswith("-"):
         with contextlib.suppress(ValueError):
-            return str(np.format_float_positional(float(argument)))
+            return str(np.format_float_positional(float(argument), trim="-"))
     return argument
 
 

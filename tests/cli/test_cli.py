@@ -88,6 +88,8 @@ def test_negative_numbers_are_numbers_however_they_are_written(
     assert len(set(told)) == 1
     pushed = json.loads(told[0])["states"][0][2]
     assert pushed == PRESETS["camp1997"].state.stance_rate - 1e-3
+    whole = json.loads(run(capsys, "walk", "--strides", "1", "--push", "-0", "-0e5", "--json"))
+    assert whole["states"][0] == list(PRESETS["camp1997"].state)
     slope = ("--parameter", "slope", "--bounds", "-1e-3", "1e-3", "--no-doubled", "--step", "0.2")
     assert json.loads(run(capsys, "branch", *slope, "--json"))["branches"][0]["values"][0] < 0
 

@@ -198,7 +198,7 @@ def test_interruption_is_quiet_and_has_its_status(
         (["basin", "--strides", "0"], 2, "strides must be at least 1"),
         (["basin", "--address", "here:1"], 2, "address must be left out for 'loky'"),
         (["bifurcation", "--points", "1"], 2, "--points must be at least 2"),
-        (["bifurcation", "--keep", "1"], 2, "keep at least 2"),
+        (["bifurcation", "--keep", "1"], 2, "keep must be at least 2"),
         (["branch", "--set", "stall_torque=1"], 1, "no gait of period 1 found"),
     ],
 )

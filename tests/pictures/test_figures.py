@@ -30,8 +30,8 @@ from powered_walker_env.pictures.charts import (
     save_drawing,
     stability_figure,
 )
+from powered_walker_env.pictures.charts.boundaries import STABLE
 from powered_walker_env.pictures.charts.branches import MARKS, each_stride
-from powered_walker_env.pictures.charts.planes import STABLE
 from powered_walker_env.pictures.charts.sheet import label_of
 from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
 from powered_walker_env.poincare.branches.branch import Branch

@@ -175,7 +175,7 @@ def test_a_motors_gaits_balance_along_their_family(name: str) -> None:
 
 
 def test_what_cannot_be_compared_is_refused_with_a_remedy() -> None:
-    with pytest.raises(ValueError, match="a motor walks with motor or motor-with-stop"):
+    with pytest.raises(ValueError, match="which walks with motor, motor-with-stop"):
         start_on_the_level("camp1997", "toe-off")
     with pytest.raises(ValueError, match=r"passive preset, got 'round-foot'; choose motor"):
         first_gait("passive", "round-foot")
@@ -257,3 +257,22 @@ def test_the_command_refuses_what_it_cannot_write_before_it_works(
         assert main(["energetics", *arguments]) == 2
         assert message in capsys.readouterr().err
     assert (tmp_path / "costs.json").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "schemes"),
+    [
+        ("toe-off", ("toe-off", "toe-off-at-strike", "late-toe-off")),
+        ("hip-torque", ("hip-torque",)),
+        ("motor-with-stop", ("motor", "motor-with-stop")),
+    ],
+)
+def test_powered_walkers_are_compared_by_what_their_own_numbers_mean(
+    name: str, schemes: tuple[str, ...]
+) -> None:
+    assert schemes_for(name) == schemes
+    families = comparison(name, step=0.5)
+    assert tuple(families) == schemes and all(families.values())
+    own = getattr(PRESETS[name].control, families[schemes[0]][0].parameter)
+    values = [row.value for row in families[schemes[0]]]
+    assert min(values) <= own <= max(values)

@@ -5,14 +5,11 @@ writes both: PNG, SVG and CSV; `save_figure` the figure alone. Nothing touches p
 neither a style nor a matplotlibrc of the user's changes a picture.
 """
 
+from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
-from powered_walker_env.pictures.charts.planes import (
-    basin_figure,
-    bifurcation_figure,
-    boundary_figure,
-)
+from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
 from powered_walker_env.pictures.charts.walks import (
     disturbed_walks,
