@@ -42,7 +42,7 @@ STYLE: Any = {
     "svg.hashsalt": "powered-walker-env",  # the same figure gives the same file
 }
 #: One colour after the other, told apart by all eyes.
-PALETTE = (BLUE, RED, GREEN, VIOLET, ORANGE)
+PALETTE = (RED, BLUE, GREEN, VIOLET, ORANGE)
 LONGEST_LABEL = 44  # characters of a line
 
 

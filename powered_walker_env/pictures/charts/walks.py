@@ -19,6 +19,7 @@ from powered_walker_env.pictures.charts.sheet import (
     INK,
     PALE,
     PALETTE,
+    RED,
     Drawing,
     label_of,
     sheet,
@@ -102,19 +103,17 @@ def portrait_figure(walks: Mapping[str, Trajectory], *, title: str = "") -> Draw
         walks: name to walk; one named "gait" is drawn on top, in ink.
     """
     figure, (axes,) = sheet(1, 4.8)
-    shown = []
+    shown, lone = [], len(walks) == 1
     for (name, walk), colour in zip(walks.items(), _colours(walks), strict=True):
-        motion, lone = leg_motion(walk), len(walks) == 1
-        styles = (("stance", "-", colour), ("swing", "--" if len(walks) > 1 else "-",
-                                            colour if len(walks) > 1 else PALETTE[1]))  # fmt: skip
-        for i, (leg, line, hue) in enumerate(styles):
-            label = f"{leg} leg" if lone else f"{name}, {leg} leg"
+        motion = leg_motion(walk)
+        hues, lines = ((BLUE, RED), ("-", "-")) if lone else ((colour, colour), ("-", "--"))
+        for i, leg in enumerate(("stance leg", "swing leg")):
+            label = leg if lone else f"{name}, {leg}"
             width = 1.8 if lone or name == GAIT else 0.7
-            _draw_portrait(axes, walk, motion[i], motion[i + 2], hue, label, line, width)
+            _draw_portrait(axes, walk, motion[i], motion[i + 2], hues[i], label, lines[i], width)
             shown.append(np.stack([motion[i], motion[i + 2]])[:, _walked(walk)])
-        jumps = _jumps(walk, motion)
-        axes.plot(*jumps, ":", color=GREY, lw=0.8, zorder=1,
-                  label="heel strike" if colour in (INK, BLUE) and lone else None)  # fmt: skip
+        axes.plot(*_jumps(walk, motion), ":", color=GREY, lw=0.8, zorder=1)
+    axes.plot([], [], ":", color=GREY, lw=0.8, label="heel strike")
     _set_limits(axes, *np.concatenate(shown, axis=1))
     axes.set(xlabel="angle of the leg from vertical (rad)", ylabel="rate (rad/s)", title=title)
     figure.legend(loc="outside lower center", ncols=3)
