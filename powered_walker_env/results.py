@@ -40,7 +40,7 @@ from powered_walker_env.files import written_aside
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
 DOCUMENT = "result"  # the entry that holds the JSON text
-ROOMS = ("model", "simulation", "poincare")  # whose classes a file may name; all lie above this
+ROOMS = ("model", "simulation", "poincare")  # whose classes a file may name
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,7 +10,7 @@
   any controller reach them? `viability` (with `regulator`);
 - what does walking cost, and what must it? `energetics`, `transition`;
 - is the contact what the model takes it for? `contact` (with `ground_force`);
-- long studies in pieces: `pieces`, with `executors`, `checkpoint`, `interruption`.
+- long studies in pieces: `pieces`, with `executors`, `checkpoint`.
 """
 
 from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.checks import plain, real_number, require
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, scheme_of
 from powered_walker_env.model.walker import WalkerParams
@@ -175,6 +175,15 @@ def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: st
     return float(getattr(control if name in CONTROL_NUMBERS else params, name))
 
 
+def _pair(bounds: Bounds) -> Bounds:
+    """A pair of numbers, the second above the first."""
+    if isinstance(bounds, str) or not isinstance(bounds, Sequence | np.ndarray) or len(bounds) != 2:
+        raise TypeError(f"bounds must be a pair (low, high), got {bounds!r}")
+    low, high = (real_number("bounds", plain(value)) for value in bounds)
+    require(low < high, "bounds", "be finite and rising", (low, high))
+    return low, high
+
+
 def family_within(
     gait: Gait, names: Sequence[str], bounds: Sequence[Bounds], period: int | None = None
 ) -> Family:
@@ -182,10 +191,13 @@ def family_within(
 
     Raises:
         ValueError: bounds that do not hold the gait, or leave a parameter's domain.
+        TypeError: something else than a gait and pairs of numbers.
     """
-    for low, high in bounds:
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise ValueError(f"bounds must be finite and rising, got {(low, high)!r}")
+    if not isinstance(gait, Gait):
+        raise TypeError(f"gait must be a Gait, got {gait!r}; find_gait finds one")
+    if len(bounds) != len(names):
+        raise ValueError(f"bounds must be (low, high) for each of {names!r}, got {bounds!r}")
+    bounds = [_pair(each) for each in bounds]
     scales = np.array([high - low for low, high in bounds], dtype=np.float64)
     family = Family(gait.params, gait.control, tuple(names), scales, period or gait.period)
     for name, value, (low, high) in zip(names, family.current().tolist(), bounds, strict=True):

@@ -133,6 +133,10 @@ def test_bad_arguments_are_named(conserving: Branch) -> None:
         stability_boundaries(point.gait, ("slope", "slope"), ((-0.1, 0.1), (-0.1, 0.1)))
     with pytest.raises(GaitNotFoundError, match="no limit of stability for stall_torque"):
         stability_boundaries(conserving.gait(-1), PLANE, ((2.8, 3.0), (744.0, 746.0)))
+    with pytest.raises(ValueError, match=r"bounds must be \(low, high\) for each of"):
+        continue_boundary(point, PLANE, ((2.8, 3.0),))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"bounds must be a pair \(low, high\), got 5.0"):
+        continue_boundary(point, PLANE, ((2.8, 3.0), 5.0))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="bounds must hold the gait's stall_torque"):
         continue_boundary(point, PLANE, ((2.8, 3.0), (800.0, 900.0)))
     with pytest.raises(ValueError, match="parameter must be one of"):

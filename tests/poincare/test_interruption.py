@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -32,9 +31,9 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def begin(*arguments: str, code: str = COMMAND) -> subprocess.Popen[str]:
+def begin(*arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", COMMAND, *arguments], stderr=subprocess.PIPE, text=True
     )
 
 
@@ -92,8 +91,8 @@ def test_a_killed_study_leaves_no_process_and_goes_on_to_the_bit(
         wait_until(lambda workers=workers: gone(workers))  # type: ignore[misc]
         assert pieces() > before
         if number == signal.SIGTERM:
-            assert process.returncode == 128 + signal.SIGINT
-            assert error == "powered-walker: interrupted; the same command goes on from here\n"
+            assert process.returncode == 128 + signal.SIGTERM
+            assert error.endswith("; the same command goes on from here\n")
     assert main([*command, str(tmp_path / "kept")]) == 0
     assert not folder.exists()
     assert main([*command, str(tmp_path / "whole"), "--backend", "threading"]) == 0
@@ -104,44 +103,16 @@ def test_a_killed_study_leaves_no_process_and_goes_on_to_the_bit(
                 np.testing.assert_array_equal(kept[entry], whole[entry])
 
 
-STUBBORN = """
-import sys, time
-from powered_walker_env.poincare.work.interruption import interruptible
-with interruptible():
-    for word in ("once", "twice", "thrice"):
-        try:
-            print(word, file=sys.stderr, flush=True)
-            time.sleep(600)
-        except KeyboardInterrupt:
-            pass
-"""
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_second_signal_ends_a_program_that_will_not(number: signal.Signals) -> None:
-    process = begin(code=STUBBORN)
-    assert process.stderr is not None
-    assert process.stderr.readline() == "once\n"
-    process.send_signal(number)
-    assert process.stderr.readline() == "twice\n"
-    process.send_signal(number)
-    assert process.wait(PATIENCE) == 128 + number
-    process.stderr.close()
-
-
-def test_handlers_of_others_stay_and_ours_go() -> None:
-    from powered_walker_env.poincare.work.interruption import interruptible
-
-    before = signal.getsignal(signal.SIGTERM)
-    with interruptible():
-        assert signal.getsignal(signal.SIGTERM) is not before
-        with interruptible():  # somebody has seen to it already
-            os.kill(os.getpid(), 0)
-    assert signal.getsignal(signal.SIGTERM) is before
-    previous = signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    with interruptible():
-        assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
-    signal.signal(signal.SIGTERM, previous)
+def test_a_second_signal_ends_a_study_and_its_workers_at_once(tmp_path: Path) -> None:
+    folder = tmp_path / "kept.unfinished"
+    process = begin(*STUDIES["basin"], "--no-plot", "--jobs", "2", "--out", str(tmp_path / "kept"))
+    wait_until(lambda: any(folder.glob("[0-9]*.npz")))
+    workers = descendants(process.pid)
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=PATIENCE)
+    assert process.returncode == 128 + signal.SIGINT
+    wait_until(lambda: gone(workers))
 
 
 def test_the_pieces_of_the_basin_are_several() -> None:

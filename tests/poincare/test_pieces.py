@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import time
@@ -141,6 +142,14 @@ def test_each_link_of_a_chain_gets_what_the_one_before_found(backend: str, tmp_p
     with pytest.raises(ArithmeticError) as caught:
         run_chains(add, [[1], [1, 1, -1]], backend=backend, jobs=2)
     assert caught.value.__notes__ == ["in piece 3 of 4"]
+
+
+def test_what_a_function_is_given_beforehand_belongs_to_the_work(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    power = functools.partial(pow, 2)
+    assert run_pieces(power, [1, 2, 3], backend="threading", checkpoint=kept) == [2, 4, 8]
+    with pytest.raises(ValueError, match=r"belongs to other work: its fingerprint"):
+        run_pieces(functools.partial(pow, 3), [1, 2, 3], backend="threading", checkpoint=kept)
 
 
 def test_a_folder_with_other_files_is_no_checkpoint(tmp_path: Path) -> None:

@@ -152,6 +152,12 @@ def test_bad_ramps_are_refused() -> None:
     params, control, state, _ = CONSERVING
     with pytest.raises(ValueError, match="ascending numbers"):
         bifurcation_diagram(params, control, "stall_torque", [2.0, 1.0], state=state)
+    for values in ([1.0, np.nan], [np.inf], []):
+        with pytest.raises(ValueError, match="ascending numbers"):
+            bifurcation_diagram(params, control, "stall_torque", values, state=state)
+    for rtol in (1.0, -1e-9, np.nan, 0.0):
+        with pytest.raises(ValueError, match="rtol must"):
+            bifurcation_diagram(params, control, "slope", [0.0], state=state, rtol=rtol)
     with pytest.raises(ValueError, match=r"parameter must be one of .* got 'colour'"):
         bifurcation_diagram(params, control, "colour", [1.0], state=state)
     with pytest.raises(ValueError, match="'stall_torque' is no number of a constant control, got"):

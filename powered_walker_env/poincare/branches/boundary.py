@@ -150,15 +150,14 @@ def stability_boundaries(
 
     Args:
         gait: whose branch along the second parameter has the points.
-        parameters, bounds, step, max_points: as in `continue_boundary`.
         run: where it runs, see `run_pieces`; each way from each point is a piece.
+        The rest as in `continue_boundary`.
 
     Returns:
         The curves, each once though it may pass through several of the points.
 
     Raises:
-        GaitNotFoundError: the branch has no such point.
-        ValueError: as `continue_boundary`.
+        GaitNotFoundError: the branch has no such point; else as `continue_boundary`.
     """
     _check_different(parameters)
     family_within(gait, parameters, bounds)
@@ -223,9 +222,7 @@ def half_boundary(way: _Way) -> HalfBoundary:
 
 def _joined(way: _Way, ahead: HalfBoundary, back: HalfBoundary | None) -> Boundary:
     """The two halves as one curve; of a closed one the first is all."""
-    halves = [ahead]
-    if back is not None:
-        halves.insert(0, back.turned())
+    halves = [ahead] if back is None else [back.turned(), ahead]
     return Boundary(
         params=way.point.gait.params,
         control=way.point.gait.control,

@@ -14,20 +14,20 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.branches.starts import changed, starts_along
+from powered_walker_env.poincare.branches.starts import RAMP_RTOL, changed, starts_along
 from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_chains
-from powered_walker_env.simulation.strides import Array
+from powered_walker_env.simulation.strides import Array, check_rtol
 
 NO_START = -1  # in `outcome`: nothing stable was found to begin with
-RTOL = 1e-9  # of the strides
 LINK = 8  # values of a link: the work lost by an interruption
-SAME = 1e-6  # natural units within which a kept state has come back
-SETTLED = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
+SAME_STATE = 1e-6  # natural units within which a kept state has come back
+SUDDEN = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class BifurcationDiagram:
     up: Ramp
     down: Ramp
 
-    def periods(self, ramp: Ramp, within: float = SAME) -> NDArray[np.int64]:
+    def periods(self, ramp: Ramp, within: float = SAME_STATE) -> NDArray[np.int64]:
         """(n,) strides after which the motion repeats; 0: it does not, −1: fell, −2: no start.
 
         A motion that alternates as it settles nearly repeats, too: of a period n > 1 the
@@ -76,7 +76,7 @@ class BifurcationDiagram:
         earlier = np.minimum.accumulate(returns, axis=0)[
             np.maximum(first - 1, 0), range(len(first))
         ]
-        repeats = (closest <= within) & ((first == 0) | (closest <= SETTLED * earlier))
+        repeats = (closest <= within) & ((first == 0) | (closest <= SUDDEN * earlier))
         fallen = np.where(ramp.outcome == NO_START, -2, -1)
         return np.where(ramp.walked, np.where(repeats, first + 1, 0), fallen)
 
@@ -106,7 +106,7 @@ def bifurcation_diagram(
     state: PostStrikeState | Sequence[float] | None = None,
     transient: int = 200,
     keep: int = 64,
-    rtol: float = RTOL,
+    rtol: float = RAMP_RTOL,
     **run: Unpack[RunOptions],
 ) -> BifurcationDiagram:
     """Ramp a parameter up and down, each value starting where the last one ended.
@@ -128,12 +128,14 @@ def bifurcation_diagram(
             that do not ascend.
     """
     points = np.atleast_1d(np.asarray(values, np.float64))
-    if points.ndim != 1 or not len(points) or (np.diff(points) <= 0).any():
+    rising = points.ndim == 1 and len(points) > 0 and bool((np.diff(points) > 0).all())
+    if not (rising and np.isfinite(points).all()):
         raise ValueError(f"values must be a list of ascending numbers, got {values!r}")
     if transient < 0 or keep < 2:
         raise ValueError(
             f"transient must be at least 0 and keep at least 2, got {transient!r} and {keep!r}"
         )
+    rtol = check_rtol(real_number("rtol", rtol))
     for end in (points[0], points[-1]):
         changed(params, control, parameter, float(end))
     guess = None if state is None else check_state(state)

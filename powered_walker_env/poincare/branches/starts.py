@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.branch import Branch
@@ -26,7 +26,7 @@ from powered_walker_env.poincare.search import FEW_STARTS, find_gaits
 from powered_walker_env.simulation.derivatives import PARAMETERS
 from powered_walker_env.simulation.strides import Array
 
-RTOL = 1e-9  # of the strides walked
+RAMP_RTOL = 1e-9  # of strides walked on and on: what they settle on forgets their errors
 SETTLING = 50  # strides walked at each value on the way to the next
 WAY = 64  # values on the way from a gait to a range that lies apart from it
 KICK = 1e-3  # of a state: off an unstable gait, on which it would stay for long
@@ -71,7 +71,7 @@ def changed(
     Raises:
         ValueError: not one of `PARAMETERS`, or a number of a control that is not constant.
     """
-    if parameter not in PARAMETERS:
+    if parameter not in (*PARAMETERS, *CONTROL_NUMBERS):
         raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {parameter!r}")
     if hasattr(params, parameter):
         return params.replace(**{parameter: value}), control
@@ -100,7 +100,7 @@ def starts_along(
     """
 
     def walked(value: float, start: Array) -> Array:
-        walker = StrideMap(*changed(params, control, parameter, value), RTOL)
+        walker = StrideMap(*changed(params, control, parameter, value), RAMP_RTOL)
         return walker(start[np.newaxis], SETTLING)[0]
 
     own = value_of(params, control, parameter)

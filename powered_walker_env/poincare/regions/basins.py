@@ -28,9 +28,9 @@ from powered_walker_env.simulation.strides import Array, check_rtol
 
 FELL, WALKING = -2, -1  # in `attractor`, besides the gaits' numbers
 LONGEST_PERIOD = 8  # looked for in walkers that no gait of the list attracts
-SAME = 1e-4  # natural units within which a walker has come back
+NEARLY_BACK = 1e-4  # natural units within which a walker has come back, settled or not quite
 ROWS = 2000  # starts of a piece
-RTOL = 1e-8  # of the strides
+FATE_RTOL = 1e-8  # of strides of which it is asked where they lead, not their digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ def basin(
     *,
     strides: int = 100,
     gaits: Sequence[Gait] | None = None,
-    rtol: float = RTOL,
+    rtol: float = FATE_RTOL,
     **run: Unpack[RunOptions],
 ) -> Basin:
     """What happens from each start: strides survived, attractor.
@@ -173,5 +173,5 @@ def _periods(params: WalkerParams, states: Array, recent: list[Array]) -> NDArra
     period = np.zeros(len(states), np.int64)
     for back, old in enumerate(reversed(recent), start=1):
         moved = np.linalg.norm((states - old) / natural_units(params), axis=1)
-        period[(period == 0) & (moved <= SAME)] = back
+        period[(period == 0) & (moved <= NEARLY_BACK)] = back
     return period

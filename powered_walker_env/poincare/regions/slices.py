@@ -25,7 +25,7 @@ from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import Policy, control_scheme, natural_units
+from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
 from powered_walker_env.simulation.strides import Array
 
 COORDINATES = PostStrikeState._fields
@@ -137,9 +137,9 @@ def on_section(params: WalkerParams, states: Array) -> Array:
     return states
 
 
-def has_section(control: AnyControl | Policy | None) -> bool:
+def has_section(params: WalkerParams, control: AnyControl | Policy | None) -> bool:
     """Whether the strides of a walker so powered end on a section: its foot stays locked."""
-    return not control_scheme(control).moves_ankle
+    return not StrideMap(params, control).scheme.moves_ankle
 
 
 def slice_through(
@@ -160,7 +160,7 @@ def slice_through(
         ranges: of both, rad or rad/s; 0.1 (0.1 √(g/L) of a rate) around the gait if left out.
         shape: points across, up.
     """
-    section = gait.params if has_section(gait.control) else None
+    section = gait.params if has_section(gait.params, gait.control) else None
     if ranges is None:
         low, high = (dict(zip(COORDINATES, end, strict=True)) for end in box_around(gait))
         ranges = tuple((low.get(n, 0.0), high.get(n, 1.0)) for n in axes)  # type: ignore[assignment]

@@ -31,13 +31,13 @@ from numpy.typing import ArrayLike, NDArray
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.poincare.gaits import Gait, find_gait
 from powered_walker_env.poincare.maps import StrideMap, natural_units
+from powered_walker_env.poincare.regions.basins import FATE_RTOL
 from powered_walker_env.poincare.regions.slices import Slice, starts_of
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.stability.trapping import Trap, trap_around
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
 from powered_walker_env.simulation.strides import Array, run_batch
 
-RTOL = 1e-8  # of the strides
 ROWS = 32  # starts of a piece: thousands of strides each
 CELL = 0.05  # natural units: walkers of one start within such a cube count as one
 
@@ -105,7 +105,7 @@ def viable_states(
         for low, high, number in zip(regulator.low, regulator.high, counts, strict=True)
     ]
     controls = np.stack(np.meshgrid(*corners, indexing="ij"), axis=-1).reshape(-1, len(counts))
-    stride_map = StrideMap(gait.params, gait.control, RTOL)
+    stride_map = StrideMap(gait.params, gait.control, FATE_RTOL)
     work = [
         _Work(stride_map, regulator, trap, controls, starts[part], depth, width)
         for part in blocks(len(starts), ROWS)

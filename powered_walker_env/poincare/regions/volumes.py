@@ -116,7 +116,7 @@ def _box(
     gaits: tuple[Gait, ...],
 ) -> tuple[tuple[str, ...], Array, Array]:
     """Coordinates and corners of the box."""
-    names = free_coordinates(params) if has_section(control) else COORDINATES
+    names = free_coordinates(params) if has_section(params, control) else COORDINATES
     if low is None and high is None:
         if not gaits:
             raise GaitNotFoundError("low and high must be given for a walker without a gait")
