@@ -29,6 +29,8 @@ PIPE_CLOSED = BY_SIGNAL + 13
 EXPECTED = (ValueError, TypeError, ImportError, OSError, LostWorkersError, PictureError)
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
 
+SIGNS = {"–": "-", "−": "-", "°": " deg", "·": " ", "√": "sqrt", "≥": ">=", "≤": "<=", "→": "->"}
+
 
 class _Stopped(KeyboardInterrupt):
     """Ctrl-C or SIGTERM; whatever lets a KeyboardInterrupt clean up does so here, too."""
@@ -137,10 +139,10 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
 
 
 def _spell(letter: str) -> str:
+    if letter in SIGNS:
+        return SIGNS[letter]
     plain = unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
     if plain or unicodedata.combining(letter):
         return plain
-    if unicodedata.category(letter) in ("Pd", "Sm"):
-        return "-" if "DASH" in unicodedata.name(letter) or letter == "−" else "?"
     words = unicodedata.name(letter, "?").split()
     return words[-1].lower() if "LETTER" in words else "?"
