@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powered_walker_env import Gait
+from powered_walker_env import PRESETS, Gait
 from powered_walker_env.cli import main
 from powered_walker_env.cli.output import Progress
 from powered_walker_env.poincare.branches.branch import Branch
@@ -264,3 +264,31 @@ def test_progress_is_for_terminals_and_cleans_up(
     error = capsys.readouterr().err
     assert "basin:  50%" in error and "1/2" in error
     assert error.endswith("\r")  # nothing is left of it
+
+
+def test_the_plane_of_schwab_and_wisse_is_had_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ("--points", "60", "60", "--strides", "60", "--backend", "threading", "--no-plot")
+    out = ("--out", str(tmp_path / "plane"), "--json")
+    data = json.loads(run(capsys, "basin", "--slice", "schwab-wisse", *few, *out))
+    assert data["ranges"] == [[-0.5, 0.0], [0.0, 0.5]]
+    assert 0 < data["attracted_share"] < 0.02  # a thin strip, as they found
+    found = load_result(tmp_path / "plane.npz")
+    assert found.params.slope == 0.004 and found.params.massless_foot
+    np.testing.assert_allclose(found.states[:, 1], -found.states[:, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["round-foot", "camp1997-as-published", "hip-torque"])
+def test_a_basin_is_looked_at_whole(preset: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without bounds the window holds the gait, and all but strays of what ends on it."""
+    few = ("--points", "60", "60", "--backend", "threading", "--json")
+    data = json.loads(run(capsys, "basin", "--preset", preset, *few))
+    state = PRESETS[preset].state
+    for (low, high), value in zip(data["ranges"], (state.stance_angle, state.stance_rate),
+                                  strict=True):  # fmt: skip
+        assert low < value < high
+    ends = np.array(data["attractor"]) >= 0
+    border = np.concatenate([ends[0], ends[-1], ends[:, 0], ends[:, -1]])
+    assert ends.sum() > 30
+    assert border.sum() < 0.1 * ends.sum()
