@@ -284,3 +284,22 @@ def test_the_command_refuses_what_it_cannot_write_before_it_works(
         assert main(["energetics", *arguments]) == 2
         assert message in capsys.readouterr().err
     assert (tmp_path / "costs.json").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "schemes"),
+    [
+        ("toe-off", ("toe-off", "toe-off-at-strike", "late-toe-off")),
+        ("hip-torque", ("hip-torque",)),
+        ("motor-with-stop", ("motor", "motor-with-stop")),
+    ],
+)
+def test_powered_walkers_are_compared_by_what_their_own_numbers_mean(
+    name: str, schemes: tuple[str, ...]
+) -> None:
+    assert schemes_for(name) == schemes
+    families = comparison(name, step=0.5)
+    assert tuple(families) == schemes and all(families.values())
+    own = getattr(PRESETS[name].control, families[schemes[0]][0].parameter)
+    values = [row.value for row in families[schemes[0]]]
+    assert min(values) <= own <= max(values)
