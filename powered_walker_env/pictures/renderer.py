@@ -85,17 +85,30 @@ class Renderer:
     Args:
         params: the walker; a trajectory brings its own.
         width, height: of the frames, px.
+        painter: to share one of that size with other renderers; its own if left out.
 
     Raises:
         ImportError: pygame is not installed.
         ValueError: a size that is not a positive integer.
     """
 
-    def __init__(self, params: WalkerParams, *, width: int = 640, height: int = 360) -> None:
+    def __init__(
+        self,
+        params: WalkerParams,
+        *,
+        width: int = 640,
+        height: int = 360,
+        painter: Painter | None = None,
+    ) -> None:
         self.params = params
-        self.width, self.height = width, height
-        self._painter = Painter(width, height)
+        self._painter = painter or Painter(width, height)
+        self.width, self.height = self._painter.width, self._painter.height
         self.reset()
+
+    @property
+    def painter(self) -> Painter:
+        """What draws the frames; renderers of one thread may share it."""
+        return self._painter
 
     def reset(
         self,
