@@ -10,9 +10,9 @@ from powered_walker_env.envs.task import Task
 from powered_walker_env.envs.walkers import Walkers
 from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.pictures.film import Window
-from powered_walker_env.pictures.painter import Frame
+from powered_walker_env.pictures.canvas import Frame
 from powered_walker_env.pictures.renderer import Renderer
+from powered_walker_env.pictures.window import Window
 from powered_walker_env.simulation.strides import Array, stride
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
@@ -55,7 +55,7 @@ class StrideShow:
         mode: "rgb_array", the end of the last stride; "rgb_array_list", every picture since
             the last look, `fps` for each second of the walk, of the last KEPT strides at most;
             "human", a window that shows each stride at once.
-        renderer: to share a painter with; its own if left out.
+        painter: to share with other shows; its own if left out.
     """
 
     def __init__(
