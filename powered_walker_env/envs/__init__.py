@@ -6,6 +6,8 @@ rewards, disturbances, levels: what a stride is worth, and what disturbs it.
 stepping, noise: compiled. show, gallery, recording: pictures.
 """
 
+from typing import Any
+
 from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.disturbances import Disturbance
 from powered_walker_env.envs.registration import ENVIRONMENTS, make_walkers, register_walker
@@ -20,9 +22,18 @@ __all__ = [
     "Disturbance",
     "PoweredWalkerEnv",
     "PoweredWalkerVectorEnv",
+    "RecordWalk",
     "Task",
     "TaskArguments",
     "make_walkers",
     "register_walker",
 ]
 
+
+def __getattr__(name: str) -> Any:
+    """`RecordWalk` on demand: it draws, and what drawing needs takes its time."""
+    if name == "RecordWalk":
+        from powered_walker_env.envs.recording import RecordWalk
+
+        return RecordWalk
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

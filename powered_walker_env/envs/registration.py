@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import importlib
 from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
@@ -77,12 +78,15 @@ def make_walkers(env_id: str, num_envs: int, **arguments: Any) -> PoweredWalkerV
 
     Raises:
         ValueError: an environment of another class, or arguments that it does not take.
-        gymnasium.error.Error: an id that is not registered.
+        gymnasium.error.Error: an id that is not registered; ImportError: its module.
     """
     from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
     from powered_walker_env.envs.walker import PoweredWalkerEnv
 
-    spec = copy.deepcopy(gym.spec(env_id))
+    module, _, name = env_id.rpartition(":")
+    if module:
+        importlib.import_module(module)
+    spec = copy.deepcopy(gym.spec(name))
     entry = spec.entry_point
     if spec.vector_entry_point is None and entry is not None:
         maker = load_env_creator(entry) if isinstance(entry, str) else entry

@@ -58,7 +58,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         self.task: Task = make_task(TaskArguments.of({"preset": preset, **arguments}))
         self.observation_space = observation_space()
         self.action_space = action_space(self.task.scheme)
-        self._walkers = Walkers(self.task, 1, STRIDE_RTOL)
+        self.walkers = Walkers(self.task, 1, STRIDE_RTOL)
         self._seeded = False
         self._begun = False  # by a reset
         self._warned = False  # that the walker lies where it fell
@@ -76,13 +76,13 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
     @np_random.setter
     def np_random(self, value: np.random.Generator) -> None:
         gym.Env.np_random.__set__(self, value)  # type: ignore[attr-defined] # a property
-        self._walkers.seed(0, value)
+        self.walkers.seed(0, value)
         self._seeded = True
 
     @property
     def outcome(self) -> Outcome:
         """How the last stride ended: `info["outcome"]` as a name."""
-        return Outcome(int(self._walkers.outcomes[0]))
+        return Outcome(int(self.walkers.outcomes[0]))
 
     def control(self, action: Sequence[float] | Action) -> AnyControl:
         """The control that an action means: the public action mapping (without noise).
@@ -106,13 +106,13 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         state = check_options(options)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
-            self._walkers.seed(0, self.np_random)
+            self.walkers.seed(0, self.np_random)
             self._seeded = True
-        self._walkers.reset(state=state)
+        self.walkers.reset(state=state)
         self._begun, self._warned = True, False
         if self.render_mode is not None:
             self._stage().begin()
-        return self._walkers.observations[0].copy(), first_of(self._walkers.start_info())
+        return self.walkers.observations[0].copy(), first_of(self.walkers.start_info())
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Walk one stride.
@@ -131,8 +131,8 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         if fallen and not self._warned:
             gym.logger.warn("step() was called after a fall: nothing happens until reset()")
             self._warned = True
-        start = PostStrikeState(*self._walkers.states[0].tolist())
-        result = self._walkers.step(wanted[np.newaxis], NOBODY if fallen else None)
+        start = PostStrikeState(*self.walkers.states[0].tolist())
+        result = self.walkers.step(wanted[np.newaxis], NOBODY if fallen else None)
         if self.render_mode is not None and not fallen:
             self._stage().add(start)
         return (
@@ -148,7 +148,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
 
         JSON-able. The wrappers of `gym.make` keep their own: `TimeLimit` its count.
         """
-        return {**self._walkers.get_state(0), "begun": self._begun, "seeded": self._seeded}
+        return {**self.walkers.get_state(0), "begun": self._begun, "seeded": self._seeded}
 
     def set_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to a state of `get_state` (of an environment with the same arguments).
@@ -157,7 +157,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
             ValueError: something that `get_state` has not given.
         """
         check_saved(saved, ("begun", "seeded"))
-        self._walkers.set_state(0, saved)
+        self.walkers.set_state(0, saved)
         self._begun, self._seeded = bool(saved["begun"]), bool(saved["seeded"])
         self._warned = False
         if self.render_mode is not None and self._begun:
@@ -189,7 +189,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         if self._show is None:
             from powered_walker_env.envs.show import StrideShow
 
-            self._show = StrideShow(self._walkers, 0, str(self.render_mode), RENDER_FPS)
+            self._show = StrideShow(self.walkers, 0, str(self.render_mode), RENDER_FPS)
         return self._show
 
 
