@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from powered_walker_env.envs.registration import make_walkers
-from powered_walker_env.envs.saved import check_saved
+from powered_walker_env.envs.saved import check_saved, numbers
 
 _OWN_INFO = ("final_obs", "final_info")
 
@@ -137,8 +137,9 @@ class PoweredWalkerVecEnv(VecEnv):
             raise ValueError(
                 f"the state must be one of {self.num_envs} walkers, got {len(saved['walkers'])}"
             )
+        returns = numbers(saved, "returns", self.num_envs)
         self.envs.set_states(saved["walkers"], saved["elapsed"])
-        self._returns[:] = saved["returns"]
+        self._returns[:] = returns
         self._next_seed = None
 
     def close(self) -> None:

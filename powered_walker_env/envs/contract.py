@@ -41,22 +41,6 @@ def check_render_mode(mode: str | None, known: list[str]) -> str | None:
     return mode
 
 
-def can_render(mode: str | None, stage: object, maker: str) -> bool:
-    """Whether there is something to draw; without a render mode it warns.
-
-    Raises:
-        gymnasium.error.ResetNeeded: before the first reset, when there is no stage yet.
-    """
-    if mode is None:
-        gym.logger.warn(
-            f"render() was called without a render mode; pass one to {maker}, for example "
-            'render_mode="rgb_array"'
-        )
-    elif stage is None:
-        raise gym.error.ResetNeeded("call reset() before render()")
-    return mode is not None
-
-
 def check_count(name: str, value: int) -> None:
     """Reject a number of walkers or strides below 1.
 

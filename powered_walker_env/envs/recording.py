@@ -10,8 +10,9 @@ from typing import Any
 import gymnasium as gym
 
 from powered_walker_env.envs.contract import check_count
+from powered_walker_env.envs.gallery import RENDER_FPS
 from powered_walker_env.envs.show import Walked
-from powered_walker_env.envs.walker import RENDER_FPS, Action, Observation, PoweredWalkerEnv
+from powered_walker_env.envs.walker import Action, Observation, PoweredWalkerEnv
 from powered_walker_env.envs.walkers import WALKED
 from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.model.state import PostStrikeState

@@ -3,11 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.strides import Array
+
+
+class Saved(NamedTuple):
+    """What one walker's future depends on; the names of its entries."""
+
+    state: Array  # (4,) post-strike, rad and rad/s
+    observation: Array  # (4,)
+    level: float  # m, of the ground under the stance foot
+    outcome: int  # of the last stride
+    walker: Array  # packed
+    random: int  # the word that its random numbers come from
+
+    @classmethod
+    def of(cls, saved: Any, packed: int) -> Saved:
+        """From the entries of a mapping; a walker is packed in so many numbers.
+
+        Raises:
+            ValueError: something that `get_state` has not given.
+        """
+        check_saved(saved, cls._fields)
+        return cls(
+            numbers(saved, "state", 4),
+            numbers(saved, "observation", 4),
+            float(numbers(saved, "level", 1)[0]),
+            integer(saved, "outcome", len(Outcome)),
+            numbers(saved, "walker", packed),
+            integer(saved, "random", 2**64),
+        )
 
 
 def check_saved(saved: Any, names: tuple[str, ...]) -> None:

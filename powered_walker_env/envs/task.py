@@ -34,7 +34,7 @@ STRIDE_INFO = {
     "reward_fall": "what a fall costs",
 }
 STABILITY = list(STRIDE_INFO).index("reward_stability")
-EFFORT, FALL = STABILITY + 1, STABILITY + 2
+EFFORT = STABILITY + 1
 
 
 @dataclass(frozen=True, eq=False)

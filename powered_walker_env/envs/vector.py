@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -21,7 +21,6 @@ from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.contract import (
     STRIDE_RTOL,
     action_space,
-    can_render,
     check_action,
     check_count,
     check_mask,
@@ -32,14 +31,12 @@ from powered_walker_env.envs.contract import (
     masked,
     observation_space,
 )
+from powered_walker_env.envs.gallery import Gallery
+from powered_walker_env.envs.saved import Saved, numbers
 from powered_walker_env.envs.setup import make_task
-from powered_walker_env.envs.walker import RENDER_FPS
-from powered_walker_env.envs.walkers import WALKED, Step, Walkers
+from powered_walker_env.envs.walkers import WALKED, Walkers
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState
-
-if TYPE_CHECKING:
-    from powered_walker_env.envs.gallery import Gallery
 
 Observations = NDArray[np.float32]
 Info = dict[str, Any]
@@ -80,11 +77,6 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         self.task = make_task(TaskArguments.of(arguments))
         self.num_envs = num_envs
         self.max_episode_steps = max_episode_steps
-        self.metadata = {
-            "autoreset_mode": self.autoreset_mode,
-            "render_modes": RENDER_MODES,
-            "render_fps": RENDER_FPS,
-        }
         self.single_observation_space = observation_space()
         self.single_action_space = action_space(self.task.scheme)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -94,11 +86,12 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         self._over = np.zeros(num_envs, np.bool_)  # finished, waiting for their reset
         self._started = np.zeros(num_envs, np.bool_)
         self._seeded = np.zeros(num_envs, np.bool_)
-        self._gallery: Gallery | None = None
-        if render_mode == "rgb_array":
-            from powered_walker_env.envs.show import strides_per_second
-
-            self.metadata["render_fps"] = strides_per_second(self.task)
+        self._gallery = Gallery(self.walkers, render_mode, "gym.make_vec")
+        self.metadata = {
+            "autoreset_mode": self.autoreset_mode,
+            "render_modes": RENDER_MODES,
+            "render_fps": self._gallery.fps,
+        }
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -165,7 +158,9 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         if not self._started.all():
             raise gym.error.ResetNeeded("call reset() before step()")
         active = self._active() if self._over.any() else None
-        result = self._walk(wanted, active)
+        starts = self._gallery.starts()
+        result = self.walkers.step(wanted, active)
+        self._gallery.add(starts, active)
         self.elapsed += 1 if active is None else active
         limit = math.inf if self.max_episode_steps is None else self.max_episode_steps
         truncated = self.elapsed >= limit
@@ -183,16 +178,12 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        if can_render(self.render_mode, self._gallery, "gym.make_vec"):
-            assert self._gallery is not None
-            return self._gallery.pictures()
-        return None
+        pictures = self._gallery.pictures()
+        return pictures if self.render_mode == "rgb_array" else None
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the window, if any."""
-        if self._gallery is not None:
-            self._gallery.close()
-            self._gallery = None
+        self._gallery.close()
 
     def set_states(self, saved: Sequence[Mapping[str, Any]], elapsed: Any) -> None:
         """Put every walker into a state of `walkers.get_state`, so many strides into its episode.
@@ -200,20 +191,14 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         Raises:
             ValueError: something that `get_state` has not given.
         """
-        for i, each in enumerate(saved):
-            self.walkers.set_state(i, each)
-        self.elapsed[:] = elapsed
+        packed = self.walkers.rows.shape[1]
+        checked = [Saved.of(each, packed) for each in saved]
+        self.elapsed[:] = numbers({"elapsed": elapsed}, "elapsed", self.num_envs)
+        for i, each in enumerate(checked):
+            self.walkers.put(i, each)
         self._over = self.walkers.outcomes != WALKED
         self._started[:] = self._seeded[:] = True
-        if self.render_mode is not None:
-            self._stage().begin(self._started)
-
-    def _stage(self) -> Gallery:
-        if self._gallery is None:
-            from powered_walker_env.envs.gallery import Gallery
-
-            self._gallery = Gallery(self.walkers, str(self.render_mode), RENDER_FPS)
-        return self._gallery
+        self._gallery.begin(self._started)
 
     def _active(self) -> NDArray[np.bool_]:
         """Who walks where some are over: they are restarted, or lie where they fell."""
@@ -229,21 +214,12 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
             )
         return active
 
-    def _walk(self, wanted: NDArray[np.float64], active: NDArray[np.bool_] | None) -> Step:
-        if self._gallery is None:
-            return self.walkers.step(wanted, active)
-        starts = self.walkers.states.tolist()
-        result = self.walkers.step(wanted, active)
-        self._gallery.add(starts, active)
-        return result
-
     def _restart(self, which: NDArray[np.bool_], state: PostStrikeState | None = None) -> None:
         """Start the given walkers anew with their own random numbers."""
         self.walkers.reset(slice(None) if which.all() else np.flatnonzero(which), state)
         self.elapsed[which] = 0
         self._over = self._over & ~which
-        if self.render_mode is not None:
-            self._stage().begin(which)
+        self._gallery.begin(which)
 
     def _finish(
         self, observation: Observations, info: dict[str, NDArray[Any]]

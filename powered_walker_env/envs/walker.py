@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -13,27 +13,22 @@ from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.contract import (
     STRIDE_RTOL,
     action_space,
-    can_render,
     check_action,
     check_options,
     check_render_mode,
     observation_space,
 )
 from powered_walker_env.envs.description import describe
+from powered_walker_env.envs.gallery import RENDER_FPS, Gallery
 from powered_walker_env.envs.saved import check_saved
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import Task
 from powered_walker_env.envs.walkers import WALKED, Walkers
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import PostStrikeState
-
-if TYPE_CHECKING:
-    from powered_walker_env.envs.show import StrideShow
 
 Observation = NDArray[np.float32]
 Action = NDArray[np.float32]
-RENDER_FPS = 25
 NOBODY = np.zeros(1, np.bool_)
 
 
@@ -63,11 +58,8 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         self._seeded = False
         self._begun = False  # by a reset
         self._warned = False  # that the walker lies where it fell
-        self._show: StrideShow | None = None
-        if render_mode == "rgb_array":
-            from powered_walker_env.envs.show import strides_per_second
-
-            self.metadata = {**self.metadata, "render_fps": strides_per_second(self.task)}
+        self._gallery = Gallery(self.walkers, render_mode, "gym.make")
+        self.metadata = {**self.metadata, "render_fps": self._gallery.fps}
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -111,8 +103,7 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
             self._seeded = True
         self.walkers.reset(state=state)
         self._begun, self._warned = True, False
-        if self.render_mode is not None:
-            self._stage().begin()
+        self._gallery.begin()
         return self.walkers.observations[0].copy(), first_of(self.walkers.start_info())
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -132,10 +123,9 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         if fallen and not self._warned:
             gym.logger.warn("step() was called after a fall: nothing happens until reset()")
             self._warned = True
-        start = None if self.render_mode is None or fallen else self.walkers.states[0].tolist()
-        result = self.walkers.step(wanted[np.newaxis], NOBODY if fallen else None)
-        if start is not None:
-            self._stage().add(PostStrikeState(*start))
+        active, starts = NOBODY if fallen else None, self._gallery.starts()
+        result = self.walkers.step(wanted[np.newaxis], active)
+        self._gallery.add(starts, active)
         return (
             result.observation[0],
             float(result.reward[0]),
@@ -161,8 +151,8 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         self.walkers.set_state(0, saved)
         self._begun, self._seeded = bool(saved["begun"]), bool(saved["seeded"])
         self._warned = False
-        if self.render_mode is not None and self._begun:
-            self._stage().begin()
+        if self._begun:
+            self._gallery.begin()
 
     def render(self) -> Any:
         """The last picture; with `"rgb_array_list"` all since the last call.
@@ -170,23 +160,11 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        if can_render(self.render_mode, self._show, "gym.make"):
-            assert self._show is not None
-            return self._show.picture()
-        return None
+        return self._gallery.pictures()[0]
 
     def close(self) -> None:
         """Close the window, if any."""
-        if self._show is not None:
-            self._show.close()
-            self._show = None
-
-    def _stage(self) -> StrideShow:
-        if self._show is None:
-            from powered_walker_env.envs.show import StrideShow
-
-            self._show = StrideShow(self.walkers, 0, str(self.render_mode), RENDER_FPS)
-        return self._show
+        self._gallery.close()
 
 
 def first_of(info: dict[str, NDArray[Any]]) -> dict[str, Any]:

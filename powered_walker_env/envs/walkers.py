@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from powered_walker_env.envs.disturbances import EPISODE_DRAWS, STEP_DRAWS, episode_params
 from powered_walker_env.envs.noise import draw_normals, first_word
 from powered_walker_env.envs.rewards import REWARDS, own_rewards
-from powered_walker_env.envs.saved import check_saved, integer, numbers
+from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
-from powered_walker_env.envs.task import EFFORT, FALL, STABILITY, STRIDE_INFO, Task
+from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Outcome, encode
 from powered_walker_env.model.powering import MOTOR
@@ -32,7 +32,6 @@ Rows = slice | NDArray[np.intp]
 EVERY = slice(None)
 WALKED = int(Outcome.WALKED)
 UNIT_DEVIATIONS = np.ones(EPISODE_DRAWS)
-SAVED = ("state", "observation", "level", "outcome", "walker", "random")
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +187,7 @@ class Walkers:
         assert self._own is not None
         strides = StrideBatch(outcomes[chosen], self._results[: len(chosen)].copy())
         own = own_rewards(self._own, before, self.states[chosen], strides)
-        table[chosen, STABILITY], table[chosen, FALL] = own, 0.0
+        table[chosen, STABILITY] = own
         rewards[chosen] = own + table[chosen, EFFORT]
 
     def start_info(self) -> dict[str, NDArray[Any]]:
@@ -220,11 +219,11 @@ class Walkers:
         Raises:
             ValueError: something that `get_state` has not given.
         """
-        check_saved(saved, SAVED)
-        state, observation = numbers(saved, "state", 4), numbers(saved, "observation", 4)
-        row, level = numbers(saved, "walker", self.rows.shape[1]), numbers(saved, "level", 1)
-        outcome = integer(saved, "outcome", len(Outcome))
-        word = integer(saved, "random", 2**64)
-        self.states[i], self.observations[i], self.levels[i] = state, observation, level[0]
-        self.rows[i if self._differ else 0] = row
-        self.outcomes[i], self.words[i] = outcome, word
+        self.put(i, Saved.of(saved, self.rows.shape[1]))
+
+    def put(self, i: int, saved: Saved) -> None:
+        """The same with what has been checked."""
+        self.states[i], self.observations[i] = saved.state, saved.observation
+        self.levels[i], self.outcomes[i] = saved.level, saved.outcome
+        self.rows[i if self._differ else 0] = saved.walker
+        self.words[i] = saved.random

@@ -14,8 +14,8 @@ import pytest
 
 from powered_walker_env import PRESETS, PoweredWalkerEnv, PoweredWalkerVectorEnv, stride
 from powered_walker_env.envs import RecordWalk
+from powered_walker_env.envs.gallery import RENDER_FPS
 from powered_walker_env.envs.recording import often_at_first
-from powered_walker_env.envs.walker import RENDER_FPS
 from tests.helpers.episodes import FORWARD_FALL, ROUND_FOOT, make
 from tests.helpers.samples import POWERED
 

@@ -195,6 +195,19 @@ def test_a_saved_state_has_the_returns_of_the_episodes_under_way() -> None:
         second.set_state({})
 
 
+@pytest.mark.parametrize(
+    "change", [{"returns": [1.0]}, {"elapsed": "many"}, {"walkers": [{}, {}]}], ids=str
+)
+def test_a_saved_state_that_is_none_is_refused_and_changes_nothing(change: dict[str, Any]) -> None:
+    env = PoweredWalkerVecEnv(ROUND_FOOT, 2, seed=0)
+    env.reset()
+    saved = env.get_state()
+    saved["walkers"][0]["level"] = 0.5
+    with pytest.raises(ValueError, match=r"saved (returns|elapsed|must)"):
+        env.set_state(saved | change)
+    assert env.get_state()["walkers"][0]["level"] == 0.0
+
+
 def test_the_rest_of_the_interface() -> None:
     env = PoweredWalkerVecEnv(ROUND_FOOT, 3)
     assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 from powered_walker_env import Outcome, PoweredWalkerEnv
 from powered_walker_env.envs import show
-from powered_walker_env.envs.walker import RENDER_FPS
+from powered_walker_env.envs.gallery import RENDER_FPS
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, ROUND_FOOT, assert_same, make, record
 
 pygame = pytest.importorskip("pygame")
