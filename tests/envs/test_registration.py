@@ -138,17 +138,6 @@ if __name__ == "__main__":
     assert there == [walk(1), walk(2)], there
 """
 
-ASYNC = """
-import gymnasium as gym, numpy as np
-from workers import make, walk
-if __name__ == "__main__":
-    envs = gym.vector.AsyncVectorEnv([make, make], context="spawn")
-    envs.reset(seed=1)
-    there = envs.step(np.zeros((2, 2), np.float32))[4]["state"].tolist()
-    envs.close()
-    assert there == [walk(1), walk(2)], there
-"""
-
 SUBPROC = """
 import numpy as np
 from stable_baselines3.common.env_util import make_vec_env
@@ -166,7 +155,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("script", [POOL, ASYNC, SUBPROC], ids=["pool", "async", "subproc"])
+@pytest.mark.parametrize("script", [POOL, SUBPROC], ids=["pool", "subproc"])
 def test_spawned_workers_find_the_environment(tmp_path: Path, script: str) -> None:
     if "stable_baselines3" in script:
         pytest.importorskip("stable_baselines3")
