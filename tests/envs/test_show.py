@@ -87,13 +87,18 @@ def test_the_picture_follows_a_restored_state() -> None:
     assert is_picture(env.render())
 
 
-def test_the_window_shows_every_stride_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The frames that windows are given."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    shown: list[Any] = []
+    frames: list[Any] = []
     monkeypatch.setattr(
-        "powered_walker_env.pictures.window.Window.show",
-        lambda window, frames: shown.extend(frames),
+        "powered_walker_env.pictures.window.Window.show", lambda window, more: frames.extend(more)
     )
+    return frames
+
+
+def test_the_window_shows_every_stride_at_once(shown: list[Any]) -> None:
     env = gym.make(ROUND_FOOT, render_mode="human")
     env.reset(seed=0)
     assert len(shown) == 1
@@ -261,13 +266,7 @@ def test_one_walker_of_a_batch_is_reset_and_the_others_are_drawn_on() -> None:
     assert_same(native.render(), sync.render())
 
 
-def test_a_window_shows_the_first_walker_of_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    shown: list[Any] = []
-    monkeypatch.setattr(
-        "powered_walker_env.pictures.window.Window.show",
-        lambda window, frames: shown.extend(frames),
-    )
+def test_a_window_shows_the_first_walker_of_a_batch(shown: list[Any]) -> None:
     envs = gym.make_vec(ROUND_FOOT, 2, render_mode="human", disturbance="none")
     envs.reset(seed=0)
     duration = envs.step(np.zeros((2, 2)))[4]["duration"][0]

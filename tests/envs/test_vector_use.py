@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import os
 import pickle
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -213,5 +215,37 @@ def test_the_kernels_are_compiled_once_for_single_and_batch() -> None:
     """
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_first_step_compiles_the_steppings_own_functions_and_nothing_else(
+    tmp_path: Path,
+) -> None:
+    """A `min`, an index by an array or a copied row would bring numba's error messages along."""
+    code = """
+        from numba.core import event
+        from powered_walker_env import PoweredWalkerEnv
+        from powered_walker_env.envs import walkers
+
+        def land(code, starts, acting, packed, heights, rtol, results):
+            results.fill(0.0)  # in the place of the stride kernel, which takes long to compile
+
+        walkers.run_rows = land
+        env = PoweredWalkerEnv(disturbance={"push": 0.01, "parameters": 0.01})
+        with event.install_recorder("numba:compile") as recorder:
+            env.reset(seed=0)
+            assert not env.step([0.0, 0.0])[2]
+        compiled = [each.data["dispatcher"].py_func for _, each in recorder.buffer if each.is_start]
+        rooms = {"powered_walker_env.envs." + room for room in ("noise", "rewards", "stepping")}
+        assert {each.__module__ for each in compiled} == rooms, compiled
+        assert len(compiled) == len(set(compiled)), compiled
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
     )
     assert done.returncode == 0, done.stderr
