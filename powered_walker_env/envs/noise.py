@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compiled.decorators import internal, kernel
+from powered_walker_env.compiled.decorators import internal, kernel, rare
 from powered_walker_env.simulation.strides import Array
 
 Words = NDArray[np.uint64]
@@ -44,7 +44,7 @@ def uniform(word: np.uint64) -> float:
     return (float(mixed(word) >> SPARE_BITS) + 0.5) * 2.0**-53
 
 
-@internal
+@rare
 def draw_row(word: np.uint64, sizes: Array, draws: Array, i: int) -> np.uint64:
     """Fill row i of `draws` (N, an even k) with normal numbers of deviations `sizes`.
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env.compiled.decorators import internal
+from powered_walker_env.compiled.decorators import internal, rare
 from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.simulation.record import POSITIVE_WORK, STEP_LENGTH
 from powered_walker_env.simulation.strides import Array, StrideBatch
@@ -114,7 +114,7 @@ def distance(states: Array, i: int, others: Array, k: int, scale: Array) -> floa
     return math.sqrt(total)
 
 
-@internal
+@rare
 def distance_to_gait(states: Array, i: int, gait: Array, scale: Array) -> float:
     """Distance to the nearest point of the gait's cycle."""
     nearest = math.inf
@@ -125,7 +125,7 @@ def distance_to_gait(states: Array, i: int, gait: Array, scale: Array) -> float:
     return nearest
 
 
-@internal
+@rare
 def stability_reward(
     kind: int, states: Array, i: int, landed: Array, k: int, gait: Array, scale: Array
 ) -> float:
@@ -144,7 +144,7 @@ def stability_reward(
     return math.exp(-0.5 * (after * after))
 
 
-@internal
+@rare
 def cost_of_transport(results: Array, i: int, packed: Array, k: int) -> float:
     """Positive work of a stride over weight times step length; row k of the packed walkers."""
     length, mass, gravity = packed[k, LEG_LENGTH], packed[k, LEG_MASS], packed[k, GRAVITY]

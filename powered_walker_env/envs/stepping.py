@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compiled.decorators import internal, threaded_kernel
+from powered_walker_env.compiled.decorators import rare, threaded_kernel
 from powered_walker_env.envs.disturbances import GROUND, SENSOR, TORQUE
 from powered_walker_env.envs.noise import Words, draw_row
 from powered_walker_env.envs.rewards import (
@@ -36,7 +36,7 @@ assert STATE.start == 0  # so that a row of results is read as a state, too
 # an index by an array with their error messages, which takes longer than all of this.
 
 
-@internal
+@rare
 def observe(
     states: Array, walker: int, gait: Array, scale: Array, draws: Array, i: int,
     observations: NDArray[np.float32],
