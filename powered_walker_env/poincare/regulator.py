@@ -13,6 +13,8 @@ from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.simulation.strides import Array
 
+Weights = float | Sequence[float] | Sequence[Sequence[float]] | Array
+
 
 @dataclass(frozen=True, eq=False)
 class Regulator:
@@ -45,15 +47,21 @@ class Regulator:
         return costs
 
 
-def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) -> Regulator:
-    """The regulator of least Σ |x'|² + r |a|², x' in natural units and a in half ranges.
+def regulate(
+    gait: Gait,
+    half_range: Sequence[float],
+    action_cost: Weights = 0.1,
+    state_cost: Weights = (1.0, 1.0, 1.0, 1.0),
+) -> Regulator:
+    """The regulator of least Σ x'ᵀ Q x' + aᵀ R a, x' in natural units and a in half ranges.
 
     Args:
         gait: of one stride under a constant control, stable or not.
         half_range: (k,) how far the numbers of the control (of the motor: switch angle,
             rad, and stall torque, N m) may go from the gait's own; a torque or impulse is
             kept above 0 and an angle inside (0, 2π).
-        action_cost: r.
+        action_cost: R: a number, k weights or a (k, k) matrix, positive definite.
+        state_cost: Q: a number, 4 weights or a (4, 4) matrix, not negative.
 
     Raises:
         ValueError: a gait of several strides or without a constant control; no regulator.
@@ -74,9 +82,10 @@ def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) 
     units, nominal = natural_units(gait.params), np.array(scheme.row(gait.control))[columns]
     A = gait.jacobian * units / units[:, np.newaxis]
     B = gait.control_jacobian[:, columns] * reach / units[:, np.newaxis]
-    R = action_cost * np.eye(len(columns))
+    Q = _weights("state_cost", state_cost, 4, definite=False)
+    R = _weights("action_cost", action_cost, len(reach), definite=True)
     try:
-        P = scipy.linalg.solve_discrete_are(A, B, np.eye(4), R)
+        P = scipy.linalg.solve_discrete_are(A, B, Q, R)
     except np.linalg.LinAlgError as error:
         raise ValueError(f"gait has no regulator within half_range: {error}") from error
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
@@ -91,3 +100,25 @@ def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) 
         cost=P / np.outer(units, units),
         scheme=scheme.name,
     )
+
+
+def _weights(name: str, value: Weights, size: int, *, definite: bool) -> Array:
+    """A cost as a symmetric (size, size) matrix.
+
+    Raises:
+        ValueError: another shape, or a cost that rewards.
+    """
+    given = np.asarray(value, np.float64)
+    if given.ndim < 2 and given.size in (1, size):
+        given = np.diag(np.broadcast_to(given, (size,)))
+    if given.shape != (size, size) or not np.isfinite(given).all() or (given != given.T).any():
+        raise ValueError(
+            f"{name} must be a number, {size} weights or a symmetric {size}x{size} matrix, "
+            f"got {value!r}"
+        )
+    lowest = float(np.linalg.eigvalsh(given)[0])
+    if lowest < 0 or (definite and lowest == 0):
+        raise ValueError(
+            f"{name} must {'be positive' if definite else 'not be negative'}, got {value!r}"
+        )
+    return given
