@@ -1,6 +1,6 @@
 """Train a policy with Stable-Baselines3, from a configuration file in rl-baselines3-zoo's format.
 
-Everything goes to `runs/NAME/`: the settings, versions, evaluations, the best model and a
+Everything goes to `runs/NAME/`: the settings, versions, evaluations, the best policy and a
 checkpoint, from which a stopped training goes on bit for bit (`--resume`).
 """
 
@@ -8,47 +8,138 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import shlex
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecMonitor
 
-from agents.algorithms import ALGORITHMS, algorithm, limit_threads
 from agents.command import (
     ROUND_FOOT,
-    UserError,
     add_env_arguments,
     exit_status,
-    make_walkers,
     natural_int,
     pairs,
+    polite_stop,
     positive_int,
 )
-from agents.progress import History, Progress, polite_stop
+from agents.configuration import ALGORITHMS, Settings, load_class, read_settings
+from agents.resume import load_checkpoint, read_run, restore_draws, save_checkpoint, save_model
 from agents.runs import (
     CHECKPOINT,
-    CONFIG,
+    EVALUATIONS,
     RUNS,
-    clear_leftovers,
-    config_text,
+    History,
     create_run,
-    load_checkpoint,
-    read_run,
+    evaluation_row,
     run_folder,
+    write_evaluations,
 )
-from agents.settings import Settings, read_settings
-from powered_walker_env.files import write_text
+from powered_walker_env.controllers import evaluate, save_network
+from powered_walker_env.controllers.evaluation import batch_spec
+from powered_walker_env.controllers.loading import BEST_MODEL, POLICY
+from powered_walker_env.controllers.stable_baselines import double_precision
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
-DEFAULT_ALGORITHM = "ppo"
-_FIXED = ("algo", "env", "env_kwargs", "config", "hyperparams", "seed", "every", "episodes")
-STOPPED = 130  # exit status of a program that Ctrl-C ended
+# Networks this small gain nothing from a GPU or a second thread, and on shared cores two wait for
+# each other: 32,768 strides of PPO took 8 s with one and 8 to 55 s with two.
+TORCH_THREADS = 1
+
+
+class Supervisor(BaseCallback):
+    """Evaluates, keeps the best policy and a checkpoint, and stops when asked.
+
+    It acts at the start of rollouts only, where a training can be cut and joined again
+    exactly. (SB3's `EvalCallback` acts within them, writes its files in place, and measures
+    returns on other disturbances every time.)
+
+    Args:
+        settings: of the run; its `n_timesteps` is where the training ends.
+        folder: of the run.
+        history: the evaluations of the run so far.
+        draws: what a checkpoint has for `restore_draws`.
+        stop_at: strides after which to stop with a checkpoint, before the end.
+        quiet: print nothing.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        folder: Path,
+        history: History,
+        draws: dict[str, Any] | None,
+        stop_at: int | None,
+        quiet: bool,
+    ) -> None:
+        super().__init__()
+        self.settings, self.folder, self.history, self.quiet = settings, folder, history, quiet
+        self.stop_at = settings.n_timesteps if stop_at is None else stop_at
+        self.stop_requested = self.stopped = False
+        self.saved_steps = 0  # of the checkpoint
+        self._draws = draws
+
+    def _on_rollout_start(self) -> None:
+        if self._draws is not None:
+            restore_draws(self.model, self._draws)
+            self.saved_steps, self._draws = self.num_timesteps, None
+        if self.stop_requested or self.num_timesteps >= self.stop_at:
+            self._save_checkpoint()
+            self.stopped = True
+        elif not self.history or self._evaluation_is_due():
+            self._evaluate()
+
+    def _on_step(self) -> bool:
+        return not self.stopped
+
+    def _on_training_end(self) -> None:
+        if not self.stopped and self.num_timesteps > self._last_evaluation():
+            self._evaluate()
+
+    def _evaluation_is_due(self) -> bool:
+        """Whether it is time; the last one, soon after, is that of the end."""
+        every, left = self.settings.every, self.settings.n_timesteps - self.num_timesteps
+        return self.num_timesteps >= self._last_evaluation() + every and left > every // 2
+
+    def _last_evaluation(self) -> int:
+        return int(self.history[-1]["steps"]) if self.history else 0
+
+    def _evaluate(self) -> None:
+        """Evaluate, always on the same disturbances; keep the best so far; save a checkpoint."""
+        run = self.settings
+        result = evaluate(self.model, run.env_id, run.episodes, run.seeds[1], **run.env_kwargs)
+        best = max((row["return"] for row in self.history), default=-float("inf"))
+        self.history.append(evaluation_row(self.num_timesteps, result))
+        if result.mean_return.mean > best:
+            self._save_best()
+        write_evaluations(self.folder / EVALUATIONS, self.history)
+        self._save_checkpoint()
+        self.logger.record("eval/strides", result.mean_strides.mean)
+        self.logger.record("eval/return", result.mean_return.mean)
+        if not self.quiet:
+            mark = "  (best so far)" if result.mean_return.mean > best else ""
+            survived = f"{result.mean_strides.text()} strides of {result.limit}"
+            print(f"{self.num_timesteps:>9,} steps: {survived}{mark}", flush=True)
+
+    def _save_best(self) -> None:
+        save_model(self.model, self.folder / BEST_MODEL)
+        run = self.settings
+        about = {"algo": run.algo.upper(), "env_id": run.env_id, "seed": run.seed}
+        try:
+            network = double_precision(self.model, {**about, "steps": self.num_timesteps})
+        except TypeError:  # a policy with a memory, say: there is the model alone
+            return
+        save_network(network, self.folder / POLICY)
+
+    def _save_checkpoint(self) -> None:
+        save_checkpoint(self.model, self.folder / CHECKPOINT, self.history, self.settings)
+        self.saved_steps = self.num_timesteps
 
 
 def train(
@@ -57,76 +148,87 @@ def train(
     *,
     resume: bool = False,
     overwrite: bool = False,
-    device: str = "cpu",
-    tensorboard: bool = False,
+    stop_at: int | None = None,
     quiet: bool = False,
-) -> Progress:
+) -> Supervisor:
     """Train, or go on training; everything lands in `folder`.
 
     Args:
-        resume: go on from the checkpoint in `folder`, up to `settings.n_timesteps`.
+        resume: go on from the checkpoint in `folder`.
         overwrite: replace a run that is there.
-        device: "cpu" or "cuda".
-        tensorboard: write its logs, too.
+        stop_at: stop with a checkpoint after so many strides, before the end.
         quiet: print nothing.
 
     Returns:
-        The callback, with `history` and whether it `stopped` early.
+        The callback, with `history`, whether it `stopped` early and where it `saved_steps`.
 
     Raises:
-        UserError: settings that will not do, a run that exists, or none to resume.
+        ValueError: settings that will not do, a run that exists, or none to resume.
+        KeyboardInterrupt: asked to stop a second time.
     """
-    limit_threads()
-    env = VecMonitor(_environment(settings))
+    torch.set_num_threads(TORCH_THREADS)
+    env = VecMonitor(PoweredWalkerVecEnv(_spec(settings), settings.n_envs))
     history: History = []
+    draws: dict[str, Any] | None = None
     if resume:
-        clear_leftovers(folder)
-        model, history = load_checkpoint(folder / CHECKPOINT, env, device)
+        for part in folder.glob(".*.part*"):  # what a killed process left half written
+            part.unlink(missing_ok=True)
+        model, history, draws = load_checkpoint(folder / CHECKPOINT, env, settings)
     else:
-        model = _new_model(settings, env, device)
+        model = _new_model(settings, env)
         create_run(folder, settings, overwrite=overwrite)
-    outputs = ["tensorboard"] if tensorboard else []
+    outputs = ["tensorboard"] if importlib.util.find_spec("tensorboard") is not None else []
     model.set_logger(configure(str(folder), outputs))
-    progress = Progress(settings, folder, history, quiet)
-    remaining = settings.n_timesteps - model.num_timesteps
+    supervisor = Supervisor(settings, folder, history, draws, stop_at, quiet)
+    supervisor.num_timesteps = supervisor.saved_steps = model.num_timesteps
+    callbacks: list[BaseCallback] = [supervisor]
+    if sys.stderr.isatty() and not quiet:
+        callbacks.append(ProgressBarCallback())
 
     def request_stop() -> None:
-        progress.stop_requested = True
+        supervisor.stop_requested = True
 
+    remaining = settings.n_timesteps - model.num_timesteps
     try:
         with polite_stop(request_stop):
             if remaining > 0:
-                model.learn(remaining, callback=progress, reset_num_timesteps=not resume)
+                model.learn(remaining, CallbackList(callbacks), reset_num_timesteps=not resume)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted; go on from stride {supervisor.saved_steps:,}: {go_on(folder)}"
+            if (folder / CHECKPOINT).is_file()
+            else "interrupted before the first checkpoint"
+        ) from None
     finally:
-        progress.close()
         model.logger.close()
         env.close()
-    return progress
+    return supervisor
 
 
-def _environment(settings: Settings) -> PoweredWalkerVecEnv:
-    make_walkers(settings.env_id, 1, **settings.env_kwargs)  # says what is wrong with them
-    return PoweredWalkerVecEnv(
-        settings.env_id, settings.n_envs, settings.seed, **settings.env_kwargs
-    )
+def _spec(settings: Settings) -> Any:
+    return batch_spec(settings.env_id, **settings.env_kwargs)
 
 
-def _new_model(settings: Settings, env: VecMonitor, device: str) -> BaseAlgorithm:
-    numbers = (env.action_space.shape or (0,))[0]
+def _new_model(settings: Settings, env: VecMonitor) -> BaseAlgorithm:
+    kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
     try:
-        return algorithm(settings.algo).load_class()(
-            env=env, seed=settings.seed, device=device, **settings.model_kwargs(numbers)
-        )
-    except (AssertionError, TypeError, ValueError, KeyError) as error:
-        raise UserError(f"{settings.algo} does not take these settings: {error}") from error
+        return load_class(settings.algo)(env=env, seed=settings.seeds[0], device="cpu", **kwargs)
+    except (AssertionError, TypeError, ValueError, KeyError, RuntimeError) as error:
+        raise ValueError(f"{settings.algo} does not take these settings: {error}") from error
+
+
+def go_on(folder: Path) -> str:
+    """The command that goes on with a run, ready to be pasted."""
+    words = ["python", "-m", "agents.train", "--resume", "--name", folder.name]
+    if folder.parent != RUNS:
+        words += ["--runs", str(folder.parent)]
+    return shlex.join(words)
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     result = argparse.ArgumentParser(prog="python -m agents.train", description=__doc__)
-    result.add_argument(
-        "--algo", choices=ALGORITHMS, help=f"algorithm (default: {DEFAULT_ALGORITHM})"
-    )
+    result.add_argument("--algo", choices=ALGORITHMS, help=f"(default: {Settings.algo})")
     add_env_arguments(result, default=None)
     result.add_argument("--name", help="of the run (default: ALGO-ENV-SEED)")
     result.add_argument(
@@ -139,7 +241,10 @@ def parser() -> argparse.ArgumentParser:
         "--hyperparams", nargs="+", metavar="KEY:VALUE", help="in place of those of the file"
     )
     result.add_argument(
-        "--steps", type=positive_int, help="strides in all (default: n_timesteps of the file)"
+        "--steps",
+        type=positive_int,
+        help="strides in all (default: n_timesteps of the file); with --resume, where to stop "
+        "before the end",
     )
     result.add_argument("--seed", type=natural_int, help="of everything random (default: 0)")
     result.add_argument("--runs", type=Path, default=RUNS, help="where runs go (default: runs)")
@@ -150,15 +255,7 @@ def parser() -> argparse.ArgumentParser:
         "--every", type=positive_int, help="strides between evaluations (default: a tenth)"
     )
     result.add_argument(
-        "--episodes",
-        type=positive_int,
-        help=f"of an evaluation (default: {Settings.episodes})",
-    )
-    result.add_argument(
-        "--gpu",
-        choices=("no", "yes"),
-        default="no",
-        help="use one; networks this small are faster without (default: %(default)s)",
+        "--episodes", type=positive_int, help=f"of an evaluation (default: {Settings.episodes})"
     )
     return result
 
@@ -167,47 +264,37 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command."""
     options = parser().parse_args(arguments)
     settings, folder = _resumed(options) if options.resume else _fresh(options)
-    if options.gpu == "yes" and not torch.cuda.is_available():
-        raise UserError("no GPU was found; leave --gpu away")
-    print(f"{settings.algo} on {settings.env_id}, seed {settings.seed}, in {folder}")
+    print(f"{settings.algo} on {settings.env_id}, seed {settings.seed}, in {folder}", flush=True)
     began = time.monotonic()
-    resume_command = f"python -m agents.train --resume --name {folder.name}"
-    if options.runs != RUNS:
-        resume_command += f" --runs {options.runs}"
-    try:
-        progress = train(
-            settings,
-            folder,
-            resume=options.resume,
-            overwrite=options.overwrite,
-            device="cuda" if options.gpu == "yes" else "cpu",
-            tensorboard=importlib.util.find_spec("tensorboard") is not None,
+    done = train(
+        settings,
+        folder,
+        resume=options.resume,
+        overwrite=options.overwrite,
+        stop_at=options.steps if options.resume else None,
+    )
+    if done.stopped:
+        raise KeyboardInterrupt(
+            f"stopped at {done.saved_steps:,} of {settings.n_timesteps:,} strides; "
+            f"go on: {go_on(folder)}"
         )
-    except KeyboardInterrupt:
-        print(f"interrupted; go on from the last checkpoint: {resume_command}", file=sys.stderr)
-        raise
-    if progress.stopped:
-        print(
-            f"stopped at {progress.num_timesteps:,} of {settings.n_timesteps:,} steps; "
-            f"go on: {resume_command}"
-        )
-        raise SystemExit(STOPPED)
-    print(f"{progress.num_timesteps:,} steps, {time.monotonic() - began:.0f} s")
-    print(f"evaluate it: python -m agents.evaluate open-loop lqr {folder} --env {settings.env_id}")
+    print(f"{done.num_timesteps:,} strides, {time.monotonic() - began:.0f} s")
+    words = ["python", "-m", "agents.evaluate", "open-loop", "lqr", str(folder)]
+    print(f"evaluate it: {shlex.join([*words, '--env', settings.env_id])}")
 
 
 def _fresh(options: argparse.Namespace) -> tuple[Settings, Path]:
     """Settings and folder of a new run."""
     settings = read_settings(
-        options.algo or DEFAULT_ALGORITHM,
+        options.algo or Settings.algo,
         options.env or ROUND_FOOT,
         options.config,
-        seed=options.seed or 0,
-        steps=options.steps,
         env_kwargs=pairs(options.env_kwargs),
         hyperparameters=pairs(options.hyperparams),
+        seed=options.seed,
+        n_timesteps=options.steps,
         every=options.every,
-        episodes=options.episodes or Settings.episodes,
+        episodes=options.episodes,
     )
     env_name = settings.env_id.rpartition(":")[2]
     name = options.name or f"{settings.algo}-{env_name}-{settings.seed}"
@@ -217,15 +304,18 @@ def _fresh(options: argparse.Namespace) -> tuple[Settings, Path]:
 def _resumed(options: argparse.Namespace) -> tuple[Settings, Path]:
     """Settings and folder of a run to go on with."""
     if options.name is None:
-        raise UserError("--resume needs the --name of the run")
-    given = [f"--{name.replace('_', '-')}" for name in _FIXED if getattr(options, name) is not None]
+        raise ValueError("--resume needs the --name of the run")
+    fixed = ("algo", "env", "env_kwargs", "config", "hyperparams", "seed", "every", "episodes")
+    given = [f"--{name.replace('_', '-')}" for name in fixed if getattr(options, name) is not None]
     if given:
-        raise UserError(f"leave {', '.join(given)} away: a resumed run keeps its settings")
+        raise ValueError(f"leave {', '.join(given)} away: a resumed run keeps its settings")
     folder = run_folder(options.name, options.runs)
     settings = read_run(folder)
-    if options.steps is not None:
-        settings = replace(settings, n_timesteps=options.steps)
-        write_text(folder / CONFIG, config_text(settings))
+    if options.steps is not None and options.steps > settings.n_timesteps:
+        raise ValueError(
+            f"--steps must be at most {settings.n_timesteps} with --resume, got {options.steps}: "
+            "the run's schedules end there; train a new run for longer"
+        )
     return settings, folder
 
 
