@@ -130,7 +130,7 @@ def met(walks: Evaluation) -> str:
 def _draw_curve(
     folder: Path, history: Sequence[Mapping[str, float]], result: Mapping[str, Any], seed: int
 ) -> None:
-    from powered_walker_env.pictures.charts.walks import learning_curve, save_figure
+    from powered_walker_env.pictures.charts import learning_curve, save_figure
 
     columns = ("steps", "strides", "strides_low", "strides_high")
     baselines = {
@@ -142,8 +142,7 @@ def _draw_curve(
         *([row[column] for row in history] for column in columns),
         baselines=baselines,
         limit=result["stride_limit"],
-        title=f"PPO learns to walk: {result['env']}, seed {seed}\n"
-        "(one training; its band is over the episodes of each evaluation)",
+        title=f"PPO learns to walk: {result['env']}, seed {seed}",
     )
     save_figure(figure, folder / CURVE)
 
@@ -155,8 +154,9 @@ def _draw_walks(
     task: Task,
 ) -> None:
     """One episode of open loop and PPO, in the state space and as an animation."""
-    from agents.recording import nominal_stride, record, save_side_by_side
-    from powered_walker_env.pictures.charts.walks import disturbed_walks, save_figure
+    from agents.recording import nominal_stride, record
+    from powered_walker_env.pictures.charts import disturbed_walks, save_figure
+    from powered_walker_env.pictures.film import save_side_by_side
 
     baseline = evaluations["open loop"]
     strides = baseline.strides

@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecMonitor
 
 from agents.command import read_yaml
 from agents.configuration import Settings, load_class
@@ -45,18 +44,16 @@ def save_checkpoint(
     """Save a model with all that the rest of its training depends on, in one file.
 
     Args:
-        model: at the start of a rollout, training in `VecMonitor(PoweredWalkerVecEnv)`.
+        model: at the start of a rollout, training in a `PoweredWalkerVecEnv`.
         history: the evaluations so far.
         settings: of the run.
     """
     env = model.get_env()
-    assert isinstance(env, VecMonitor)
+    assert isinstance(env, PoweredWalkerVecEnv)
     state = {
         "settings": dataclasses.asdict(settings),
         "history": [dict(row) for row in history],
-        "walkers": _walkers(env).get_state(),
-        "episode_returns": env.episode_returns,
-        "episode_lengths": env.episode_lengths,
+        "walkers": env.get_state(),
         "memory": {name: vars(model)[name] for name in _MEMORY if name in vars(model)},
         "draws": {
             "random": random.getstate(),
@@ -77,7 +74,7 @@ def save_checkpoint(
 
 
 def load_checkpoint(
-    path: Path, env: VecMonitor, settings: Settings
+    path: Path, env: PoweredWalkerVecEnv, settings: Settings
 ) -> tuple[BaseAlgorithm, History, dict[str, Any]]:
     """The model of a checkpoint, to go on in `env`; the evaluations; and what it has to draw.
 
@@ -105,9 +102,7 @@ def load_checkpoint(
             model = kind.load(content, env=env, device="cpu", force_reset=False)
             if replay is not None:
                 vars(model)["replay_buffer"] = replay
-            _walkers(env).set_state(state["walkers"])
-            env.episode_returns = state["episode_returns"]
-            env.episode_lengths = state["episode_lengths"]
+            env.set_state(state["walkers"])
             vars(model).update(state["memory"])
             return model, state["history"], state["draws"]
     except (ArithmeticError, AssertionError, AttributeError, EOFError, ImportError, LookupError,
@@ -160,11 +155,6 @@ def _content(model: BaseAlgorithm) -> io.BytesIO:
     content = io.BytesIO()
     model.save(content)
     return content
-
-
-def _walkers(env: VecMonitor) -> PoweredWalkerVecEnv:
-    assert isinstance(env.venv, PoweredWalkerVecEnv)
-    return env.venv
 
 
 def _noise(model: BaseAlgorithm) -> Any:

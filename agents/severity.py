@@ -38,7 +38,8 @@ from powered_walker_env.controllers import (
 )
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP
-from powered_walker_env.envs.disturbances import KINDS, LEVELS
+from powered_walker_env.envs.disturbances import KINDS
+from powered_walker_env.envs.levels import LEVELS
 from powered_walker_env.tabular import aligned
 
 EPISODES = 1000

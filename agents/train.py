@@ -19,7 +19,6 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
 from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import VecMonitor
 
 from agents.command import (
     ROUND_FOOT,
@@ -43,7 +42,7 @@ from agents.runs import (
     write_evaluations,
 )
 from powered_walker_env.controllers import evaluate, save_network
-from powered_walker_env.controllers.evaluation import batch_spec
+from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.loading import BEST_MODEL, POLICY
 from powered_walker_env.controllers.stable_baselines import double_precision
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
@@ -167,7 +166,8 @@ def train(
         KeyboardInterrupt: asked to stop a second time.
     """
     torch.set_num_threads(TORCH_THREADS)
-    env = VecMonitor(PoweredWalkerVecEnv(_spec(settings), settings.n_envs))
+    task_of(settings.env_id, **settings.env_kwargs)  # says what is wrong with them
+    env = PoweredWalkerVecEnv(settings.env_id, settings.n_envs, **settings.env_kwargs)
     history: History = []
     draws: dict[str, Any] | None = None
     if resume:
@@ -205,11 +205,7 @@ def train(
     return supervisor
 
 
-def _spec(settings: Settings) -> Any:
-    return batch_spec(settings.env_id, **settings.env_kwargs)
-
-
-def _new_model(settings: Settings, env: VecMonitor) -> BaseAlgorithm:
+def _new_model(settings: Settings, env: PoweredWalkerVecEnv) -> BaseAlgorithm:
     kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
     try:
         return load_class(settings.algo)(env=env, seed=settings.seeds[0], device="cpu", **kwargs)

@@ -20,8 +20,9 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from benchmarks.timing import Case, check_seconds, measure, median_of_calls
+from powered_walker_env.envs.contract import STRIDE_RTOL
 from powered_walker_env.envs.registration import ENVIRONMENTS
-from powered_walker_env.envs.walker import STRIDE_RTOL, PoweredWalkerEnv
+from powered_walker_env.envs.walker import PoweredWalkerEnv
 from powered_walker_env.simulation.strides import stride, stride_batch
 
 VECTOR, CROWD = 1024, 100_000  # walkers

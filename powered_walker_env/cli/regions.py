@@ -13,30 +13,32 @@ from powered_walker_env.cli.options import (
     add_command,
     add_running,
     add_walker,
+    check_count,
     gait_of,
     powered_by,
     range_around,
     walker_of,
 )
-from powered_walker_env.cli.output import (
-    Progress,
-    Report,
-    add_out,
-    check_out,
-    figures,
-    put_out,
-    unfinished,
-)
+from powered_walker_env.cli.output import Progress, Report, add_out, figures, unfinished
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.branches.continuation import continue_gait
-from powered_walker_env.poincare.branches.special_points import SpecialPoint
+from powered_walker_env.poincare import (
+    PARAMETERS,
+    Basin,
+    Boundary,
+    Gait,
+    GaitNotFoundError,
+    Slice,
+    SpecialPoint,
+    basin,
+    continue_boundary,
+    continue_gait,
+)
 from powered_walker_env.poincare.families import check_parameter, value_of
 from powered_walker_env.poincare.maps import natural_units
-from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
-from powered_walker_env.poincare.regions.slices import COORDINATES, Slice
+from powered_walker_env.poincare.regions.basins import FELL
+from powered_walker_env.poincare.regions.slices import COORDINATES
 from powered_walker_env.simulation.strides import Array
+from powered_walker_env.tabular import aligned
 
 SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
 REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given
@@ -82,7 +84,6 @@ def add_commands(commands: Any) -> None:
 
 
 def _boundary(options: argparse.Namespace) -> Report:
-    check_out(options)
     options.parameters = _parameters(options)
     gait = gait_of(options)
     first, second = options.parameters
@@ -102,14 +103,13 @@ def _boundary(options: argparse.Namespace) -> Report:
                         point, (first, second), (bounds[0], bounds[1]), step=options.step
                     )
                 )
-    report = Report("\n".join(map(_boundary_text, curves)), {"boundaries": [*map(_edge, curves)]})
     nominal = (values[0], values[1])
     title = f"Where the gait of {options.preset} loses its stability"
-    return put_out(
-        options,
-        report,
-        tuple(curves),
-        lambda: figures().boundary_figure(curves, nominal=nominal, title=title),
+    return Report(
+        "\n".join(map(_boundary_text, curves)),
+        {"boundaries": [*map(_edge, curves)]},
+        result=tuple(curves),
+        draw=lambda: {"": figures().boundary_figure(curves, nominal=nominal, title=title)},
     )
 
 
@@ -173,18 +173,21 @@ def _edge(curve: Boundary) -> dict[str, Any]:
 
 
 def _basin(options: argparse.Namespace) -> Report:
-    check_out(options)
+    check_count("--points, their product,", abs(math.prod(options.points)), least=0)
     gait = gait_of(options)
     grid = _slice(options, gait)
-    with Progress("basin") as progress, unfinished(options) as folder:
+    with Progress("basin") as progress:
         found = basin(
             gait.params, gait.control, grid, strides=options.strides,
             gaits=[gait] if gait.stable else [], backend=options.backend,
-            address=options.address, jobs=options.jobs, progress=progress, checkpoint=folder,
+            address=options.address, jobs=options.jobs, progress=progress,
+            checkpoint=unfinished(options),
         )  # fmt: skip
-        report = Report(_basin_text(found), _basin_data(found))
-        title = f"Starts of {options.preset}, in a slice through its gait"
-        return put_out(options, report, found, lambda: figures().basin_figure(found, title=title))
+    title = f"Starts of {options.preset}, in a slice through its gait"
+    return Report(
+        _basin_text(found), _basin_data(found), result=found,
+        draw=lambda: {"": figures().basin_figure(found, title=title)},
+    )  # fmt: skip
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
@@ -199,14 +202,14 @@ def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
 
 def _basin_text(found: Basin) -> str:
     falls = Counter(Outcome(value) for value in found.outcome[found.attractor == FELL].tolist())
-    lines = [
-        f"starts                      {len(found.states)}",
-        f"end on the gait             {100 * found.attracted_share:.2f} %",
-        f"walk {found.limit:4d} strides or more   {100 * found.walking_share:.2f} %",
+    rows = [
+        ("starts", str(len(found.states))),
+        ("end on the gait", f"{100 * found.attracted_share:.2f} %"),
+        (f"walk {found.limit} strides or more", f"{100 * found.walking_share:.2f} %"),
     ]
     for outcome, count in falls.most_common():
-        lines.append(f"{outcome.label:27s} {100 * count / len(found.states):.2f} %")
-    return "\n".join(lines)
+        rows.append((outcome.label, f"{100 * count / len(found.states):.2f} %"))
+    return "\n".join(aligned(rows, left=2))
 
 
 def _basin_data(found: Basin) -> dict[str, Any]:

@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from powered_walker_env.controllers.controller import as_controller
+from powered_walker_env.envs.registration import make_walkers
 from powered_walker_env.envs.task import Task
 from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
 from powered_walker_env.envs.walker import PoweredWalkerEnv
@@ -104,15 +104,12 @@ def evaluate(
             of a wrong shape or not finite.
     """
     asked = as_controller(controller)
-    spec = batch_spec(env, **env_kwargs)
     if not isinstance(episodes, int | np.integer) or episodes < 1:
         raise ValueError(f"episodes must be a positive integer, got {episodes!r}")
-    limit = spec.max_episode_steps
+    envs, name = walkers_of(env, int(episodes), **env_kwargs)
+    limit = envs.max_episode_steps
     if limit is None:
-        raise ValueError(
-            f"environment {spec.id!r} must have max_episode_steps, or episodes never end"
-        )
-    envs = make_walkers(spec, int(episodes))
+        raise ValueError(f"environment {name!r} must have max_episode_steps, or episodes never end")
     observation, _ = envs.reset(seed=seed)
     memory, fresh = None, np.ones(episodes, np.bool_)
     strides, returns = np.zeros(episodes, np.int64), np.zeros(episodes)
@@ -132,7 +129,7 @@ def evaluate(
         if not going.any():
             break
     met = {kind: size for kind, size in dataclasses.asdict(envs.task.disturbance).items() if size}
-    return Evaluation(spec.id, dict(env_kwargs), met, seed, limit, strides, returns, outcomes)
+    return Evaluation(name, dict(env_kwargs), met, seed, limit, strides, returns, outcomes)
 
 
 def _checked(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
@@ -144,68 +141,51 @@ def _checked(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]
     return checked
 
 
-def batch_spec(env: str | gym.Env[Any, Any], **env_kwargs: Any) -> EnvSpec:
-    """An environment of this package as one that `gym.make_vec` makes a native batch of.
+def walkers_of(
+    env: str | gym.Env[Any, Any], count: int, **env_kwargs: Any
+) -> tuple[PoweredWalkerVectorEnv, str]:
+    """N walkers of an environment of this package, and its name.
 
     Args:
         env: an id, registered with a vector entry point or without, or an environment.
+        count: N.
         **env_kwargs: arguments of the environment, with an id.
 
     Raises:
         ValueError: an unknown id, arguments that it does not take, another package's
             environment, or one whose class or wrappers change what a step does.
     """
-    if not isinstance(env, str):
-        if env_kwargs:
-            raise ValueError(f"arguments go with an id, got an environment and {env_kwargs}")
-        single, name = env, env.spec.id if env.spec else type(env.unwrapped).__name__
-    else:
+    if isinstance(env, str):
         try:
-            single, name = gym.make(env, **env_kwargs), env
-        except (ValueError, TypeError, AttributeError, ImportError, gym.error.Error) as error:
-            raise ValueError(
-                f"environment {env!r} with {env_kwargs or 'no arguments'}: {error}"
-            ) from error
-    walker, wrapped = single.unwrapped, single
-    if not isinstance(walker, PoweredWalkerEnv):
-        raise ValueError(f"env must be a PoweredWalkerEnv, or the id of one, got {env!r}")
+            return make_walkers(env, count, **env_kwargs), env
+        except (TypeError, ValueError, ImportError, gym.error.Error) as error:
+            given = env_kwargs or "no arguments"
+            raise ValueError(f"environment {env!r} with {given}: {error}") from error
+    walker, wrapped = env.unwrapped, env
+    name = env.spec.id if env.spec else type(walker).__name__
+    if env_kwargs:
+        raise ValueError(f"arguments go with an id, got an environment and {env_kwargs}")
     while isinstance(wrapped, gym.Wrapper):
         if type(wrapped) not in _HARMLESS:
             raise ValueError(
                 f"env must have no wrapper, got {type(wrapped).__name__} around {name}"
             )
         wrapped = wrapped.env
-    if type(walker).step is not PoweredWalkerEnv.step:
-        raise ValueError(
-            f"env must walk as PoweredWalkerEnv, got the step of {type(walker).__name__}"
-        )
-    return EnvSpec(
-        id=name,
-        vector_entry_point=f"{PoweredWalkerVectorEnv.__module__}:PoweredWalkerVectorEnv",
-        max_episode_steps=single.spec.max_episode_steps if single.spec else None,
-        kwargs=_arguments(walker.task),
-    )
-
-
-def _arguments(task: Task) -> dict[str, Any]:
-    """The arguments of an environment with exactly this task: they bear the same names."""
-    return {field.name: getattr(task, field.name) for field in dataclasses.fields(task)}
-
-
-def make_walkers(spec: EnvSpec, count: int) -> PoweredWalkerVectorEnv:
-    """N walkers of a `batch_spec`."""
-    envs = gym.make_vec(spec, count, vectorization_mode="vector_entry_point").unwrapped
-    assert isinstance(envs, PoweredWalkerVectorEnv)
-    return envs
+    if type(walker) is not PoweredWalkerEnv:
+        raise ValueError(f"env must be a PoweredWalkerEnv itself, or the id of one, got {env!r}")
+    # The fields of a task are arguments of an environment with exactly this task.
+    task = {field.name: getattr(walker.task, field.name) for field in dataclasses.fields(Task)}
+    limit = env.spec.max_episode_steps if env.spec else None
+    return PoweredWalkerVectorEnv(count, max_episode_steps=limit, **task), name
 
 
 def task_of(env: str | gym.Env[Any, Any], **env_kwargs: Any) -> Task:
     """What an environment asks of its walker.
 
     Raises:
-        ValueError: as `batch_spec`.
+        ValueError: as `walkers_of`.
     """
-    return make_walkers(batch_spec(env, **env_kwargs), 1).task
+    return walkers_of(env, 1, **env_kwargs)[0].task
 
 
 def mean_estimate(values: ArrayLike) -> Estimate:

@@ -110,7 +110,7 @@ def test_disturbances_and_arguments_of_the_environment_can_be_given(
         (["lqr", "--env", "PoweredWalker-v7"], "PoweredWalker-v7"),
         (["lqr", "--env", "CartPole-v1"], "CartPole-v1"),
         (["lqr", "--env", "no_package:X-v0"], "no_package"),
-        (["lqr", "--disturbance", "hard"], "disturbance must be one of none, light, rough"),
+        (["lqr", "--disturbance", "hard"], "disturbance must be one of none, light"),
         (["lqr", "--env-kwargs", "speed:3"], "speed"),
         (["lqr", "--env-kwargs", "speed"], "arguments must look like key:value, got 'speed'"),
         (["lqr", "--out", "nowhere/x.json"], "the folder 'nowhere' does not exist"),

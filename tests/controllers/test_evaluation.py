@@ -22,7 +22,7 @@ from powered_walker_env.controllers import (
     paired_difference,
     share_estimate,
 )
-from powered_walker_env.controllers.evaluation import batch_spec, task_of
+from powered_walker_env.controllers.evaluation import task_of, walkers_of
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
 OWN = "OwnWalker-v0"
@@ -153,9 +153,9 @@ def test_a_batch_has_the_task_of_the_environment_it_is_made_of(
     preset: str, arguments: dict[str, Any]
 ) -> None:
     single = gym.make(ROUND_FOOT, preset=preset, **arguments)
-    batch = gym.make_vec(batch_spec(single), 3, vectorization_mode="vector_entry_point")
-    assert isinstance(batch.unwrapped, PoweredWalkerVectorEnv)
-    ours, theirs = batch.unwrapped.task, single.unwrapped.task  # type: ignore[attr-defined]
+    batch, _ = walkers_of(single, 3)
+    assert isinstance(batch, PoweredWalkerVectorEnv)
+    ours, theirs = batch.task, single.unwrapped.task  # type: ignore[attr-defined]
     assert (ours.params, ours.control, ours.disturbance) == (
         theirs.params, theirs.control, theirs.disturbance,
     )  # fmt: skip
@@ -168,8 +168,10 @@ def test_environments_that_a_batch_cannot_stand_for_are_refused() -> None:
         evaluate(OpenLoop(), TransformReward(gym.make(ROUND_FOOT), abs), 1)
     gym.register(id="Stubborn-v0", entry_point=Stubborn, max_episode_steps=3)
     try:
-        with pytest.raises(ValueError, match="got the step of Stubborn"):
+        with pytest.raises(ValueError, match="Stubborn-v0"):
             evaluate(OpenLoop(), "Stubborn-v0", 1)
+        with pytest.raises(ValueError, match="env must be a PoweredWalkerEnv itself"):
+            evaluate(OpenLoop(), gym.make("Stubborn-v0"), 1)
     finally:
         gym.registry.pop("Stubborn-v0")
     with pytest.raises(ValueError, match=r"PoweredWalkerEnv.* must have max_episode_steps"):

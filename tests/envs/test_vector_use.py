@@ -15,7 +15,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from powered_walker_env import PoweredWalkerVectorEnv
+from powered_walker_env import Outcome, PoweredWalkerVectorEnv
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, ROUND_FOOT, assert_same
 
 ZEROS = np.zeros((3, 2), np.float32)
@@ -114,8 +114,13 @@ def test_disabled_autoreset_waits_for_the_reset() -> None:
     mask = np.array([False, True, False])
     envs.reset(options={"state": FORWARD_FALL, "reset_mask": mask})
     assert envs.step(ZEROS)[2].tolist() == [False, True, False]
-    with pytest.raises(gym.error.ResetNeeded, match=r"walkers \[1\] are over"):
-        envs.step(ZEROS)
+    for _ in range(2):
+        with pytest.warns(UserWarning, match=r"after walkers \[1\] fell"):
+            observation, reward, fell, _, info = envs.step(ZEROS)
+        assert fell.tolist() == [False, True, False]
+        assert reward == pytest.approx([1.0, 0.0, 1.0], abs=1e-9)
+        assert info["duration"][1] == 0.0 and info["outcome"][1] == Outcome.FELL_FORWARD
+        assert observation in envs.observation_space
     envs.reset(options={"reset_mask": mask})
     assert not envs.step(ZEROS)[2].any()
 
@@ -134,7 +139,8 @@ def test_a_walk_begins_with_a_reset_of_all() -> None:
     [
         ({"num_envs": 0}, "num_envs must be at least 1, got 0"),
         ({"max_episode_steps": 0}, "max_episode_steps must be at least 1, got 0"),
-        ({"render_mode": "rgb_array"}, "render_mode must be None"),
+        ({"render_mode": "ansi"}, "render_mode must be one of .* got 'ansi'"),
+        ({"preset": "simplest"}, "preset must be a powered walker, got 'simplest'"),
         ({"autoreset_mode": "Sometimes"}, "Sometimes"),
     ],
 )
@@ -181,7 +187,7 @@ def test_the_kernels_are_compiled_once_for_single_and_batch() -> None:
         import gymnasium, numpy as np
         import powered_walker_env
         from powered_walker_env.simulation import kernel
-        from powered_walker_env.envs import noise, task
+        from powered_walker_env.envs import noise, stepping
 
         kinds = ("push", "ground", "slope", "torque", "sensor", "parameters")
         everything = dict.fromkeys(kinds, 0.01)
@@ -199,7 +205,8 @@ def test_the_kernels_are_compiled_once_for_single_and_batch() -> None:
                 for _ in range(4):
                     envs.step(np.asfortranarray(envs.action_space.sample()))
         for each in (
-            task.begin_episodes, task.begin_strides, task.end_strides, noise.draw_normals,
+            stepping.begin_episodes, stepping.begin_strides, stepping.end_strides,
+            noise.draw_normals,
             kernel.run_strides,
         ):
             assert len(each.signatures) == 1, (each, each.signatures)
