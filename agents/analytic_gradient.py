@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -44,6 +43,7 @@ from agents.runs import (
     RUNS,
     History,
     create_run,
+    evaluate_command,
     evaluation_row,
     run_folder,
     write_evaluations,
@@ -93,10 +93,9 @@ class Settings:
                 f"n_timesteps must be at least n_envs times n_steps, {self.n_envs * self.n_steps}, "
                 f"got {self.n_timesteps}"
             )
-        costs = np.array(self.state_cost) if isinstance(self.state_cost, list | tuple) else None
-        if costs is None or costs.shape != (4,) or costs.dtype.kind not in "if" or not (
-            (costs >= 0).all() and 0 < costs.sum() < math.inf
-        ):  # fmt: skip
+        costs = np.array(self.state_cost)
+        numbers = costs.shape == (4,) and costs.dtype.kind in "if"
+        if not (numbers and (costs >= 0).all() and 0 < costs.sum() < math.inf):
             raise ValueError(
                 f"state_cost must be four numbers >= 0, not all 0, got {self.state_cost!r}"
             )
@@ -319,8 +318,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"{learner.strides:,} strides, all of them differentiated, {learner.falls} falls, "
         f"{time.monotonic() - began:.0f} s"
     )
-    words = ["python", "-m", "agents.evaluate", "open-loop", "lqr", str(folder)]
-    print(f"evaluate it: {shlex.join([*words, '--env', settings.env_id])}")
+    print(f"evaluate it: {evaluate_command(folder, settings.env_id, settings.env_kwargs)}")
     if learner.strides + learner.strides_per_update <= settings.n_timesteps:
         raise KeyboardInterrupt(
             f"stopped early, of {settings.n_timesteps:,} strides; the policy is what it was then"

@@ -14,7 +14,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +39,9 @@ from powered_walker_env.controllers import (
 )
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP, POLICY
+from powered_walker_env.envs.task import Task
 from powered_walker_env.files import write_text
 from powered_walker_env.model.quantities import quantities
-
-if TYPE_CHECKING:  # what the job needs of torch is imported by the job: --help answers at once
-    from powered_walker_env.envs.task import Task
 
 DEFAULT_OUT = Path("runs") / "quickstart"
 EPISODES = 200
@@ -72,6 +70,7 @@ def run(
         ValueError: the folder exists, or the environment does not.
         KeyboardInterrupt: stopped while training; a checkpoint is saved.
     """
+    # What needs torch is imported here: --help answers at once.
     from agents.configuration import read_settings
     from agents.runs import write_json
     from agents.train import go_on, train

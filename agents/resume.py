@@ -7,7 +7,6 @@ SB3 has drawn its exploration noise there, and put back at the same point.
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import pickle
 import random
@@ -18,11 +17,12 @@ from typing import Any
 
 import numpy as np
 import torch
+import yaml
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.command import read_yaml
 from agents.configuration import Settings, load_class
-from agents.runs import CONFIG, History
+from agents.runs import CONFIG, History, config_text
 from powered_walker_env.controllers.stable_baselines import warn_of_pickle
 from powered_walker_env.files import written_aside
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
@@ -51,7 +51,7 @@ def save_checkpoint(
     env = model.get_env()
     assert isinstance(env, PoweredWalkerVecEnv)
     state = {
-        "settings": dataclasses.asdict(settings),
+        "config": config_text(settings),
         "history": [dict(row) for row in history],
         "walkers": env.get_state(),
         "memory": {name: vars(model)[name] for name in _MEMORY if name in vars(model)},
@@ -96,7 +96,7 @@ def load_checkpoint(
             if _REPLAY in archive.namelist():
                 with archive.open(_REPLAY) as member:
                     replay = pickle.load(member)
-        changed = _changed(state["settings"], dataclasses.asdict(settings))
+        changed = _changed(state["config"], config_text(settings))
         if not changed:
             kind, content = load_class(settings.algo), io.BytesIO(path.read_bytes())
             model = kind.load(content, env=env, device="cpu", force_reset=False)
@@ -143,11 +143,13 @@ def read_run(folder: Path) -> Settings:
         raise ValueError(f"{str(path)!r} is damaged: {error}") from error
 
 
-def _changed(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+def _changed(before: str, now: str) -> str:
+    """What differs between two configurations."""
+    old, new = yaml.safe_load(before), yaml.safe_load(now)
     return ", ".join(
-        f"{name} is {now.get(name)!r} and was {value!r}"
-        for name, value in before.items()
-        if now.get(name) != value
+        f"{name} is {new[name]!r} and was {value!r}"
+        for name, value in old.items()
+        if new[name] != value
     )
 
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import dataclasses
 import importlib.metadata
 import io
 import json
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -56,6 +56,7 @@ def create_run(folder: Path, settings: DataclassInstance, *, overwrite: bool = F
     Raises:
         ValueError: it exists, and `overwrite` is false or it is no run; or it cannot be made.
     """
+    config = config_text(settings)
     if folder.exists():
         if not overwrite:
             raise ValueError(
@@ -74,8 +75,22 @@ def create_run(folder: Path, settings: DataclassInstance, *, overwrite: bool = F
             f"the run folder {str(folder)!r} cannot be made ({error.strerror}); choose another "
             "place"
         ) from error
-    write_text(folder / CONFIG, yaml.safe_dump(dataclasses.asdict(settings), sort_keys=False))
+    write_text(folder / CONFIG, config)
     write_json(folder / VERSIONS, provenance())
+
+
+def config_text(settings: DataclassInstance) -> str:
+    """The settings as YAML.
+
+    Raises:
+        ValueError: a value that is no plain number, text, list or mapping.
+    """
+    try:
+        return str(yaml.safe_dump(vars(settings), sort_keys=False))
+    except yaml.YAMLError as error:
+        raise ValueError(
+            f"settings must be plain numbers, texts, lists and mappings, got {error.args[-1]!r}"
+        ) from error
 
 
 def write_json(target: Path, content: Any) -> None:
@@ -98,6 +113,13 @@ def write_evaluations(target: Path, history: Sequence[Mapping[str, Any]]) -> Non
     table.writeheader()
     table.writerows(history)
     write_text(target, text.getvalue())
+
+
+def evaluate_command(folder: Path, env_id: str, env_kwargs: Mapping[str, Any]) -> str:
+    """The command that evaluates a run where it was trained, ready to be pasted."""
+    words = ["python", "-m", "agents.evaluate", "open-loop", "lqr", str(folder), "--env", env_id]
+    pairs = [f"{name}:{json.dumps(value)}" for name, value in env_kwargs.items()]
+    return shlex.join([*words, *(["--env-kwargs", *pairs] if pairs else [])])
 
 
 def provenance() -> dict[str, Any]:

@@ -37,6 +37,7 @@ from agents.runs import (
     RUNS,
     History,
     create_run,
+    evaluate_command,
     evaluation_row,
     run_folder,
     write_evaluations,
@@ -113,16 +114,17 @@ class Supervisor(BaseCallback):
         """Evaluate, always on the same disturbances; keep the best so far; save a checkpoint."""
         run = self.settings
         result = evaluate(self.model, run.env_id, run.episodes, run.seeds[1], **run.env_kwargs)
-        best = max((row["return"] for row in self.history), default=-float("inf"))
-        self.history.append(evaluation_row(self.num_timesteps, result))
-        if result.mean_return.mean > best:
+        row = evaluation_row(self.num_timesteps, result)
+        better = all(_merit(row) > _merit(other) for other in self.history)
+        self.history.append(row)
+        if better:
             self._save_best()
         write_evaluations(self.folder / EVALUATIONS, self.history)
         self._save_checkpoint()
         self.logger.record("eval/strides", result.mean_strides.mean)
         self.logger.record("eval/return", result.mean_return.mean)
         if not self.quiet:
-            mark = "  (best so far)" if result.mean_return.mean > best else ""
+            mark = "  (best so far)" if better else ""
             survived = f"{result.mean_strides.text()} strides of {result.limit}"
             print(f"{self.num_timesteps:>9,} steps: {survived}{mark}", flush=True)
 
@@ -205,6 +207,11 @@ def train(
     return supervisor
 
 
+def _merit(row: dict[str, Any]) -> tuple[float, float]:
+    """What makes a policy the best: strides survived, and among equals the return."""
+    return row["strides"], row["return"]
+
+
 def _new_model(settings: Settings, env: PoweredWalkerVecEnv) -> BaseAlgorithm:
     kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
     try:
@@ -275,8 +282,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             f"go on: {go_on(folder)}"
         )
     print(f"{done.num_timesteps:,} strides, {time.monotonic() - began:.0f} s")
-    words = ["python", "-m", "agents.evaluate", "open-loop", "lqr", str(folder)]
-    print(f"evaluate it: {shlex.join([*words, '--env', settings.env_id])}")
+    print(f"evaluate it: {evaluate_command(folder, settings.env_id, settings.env_kwargs)}")
 
 
 def _fresh(options: argparse.Namespace) -> tuple[Settings, Path]:

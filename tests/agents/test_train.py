@@ -28,6 +28,7 @@ from agents.configuration import Settings
 from agents.resume import read_run
 from agents.runs import create_run, run_folder
 from agents.train import go_on, main, train
+from powered_walker_env import PRESETS
 from powered_walker_env.controllers import evaluate, load_controller, load_network
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.stable_baselines import load_sb3_policy
@@ -206,7 +207,8 @@ def test_the_folder_tells_where_the_results_come_from(finished: Path) -> None:
 def test_the_best_policy_is_the_one_that_scored_best(finished: Path) -> None:
     with (finished / "evaluations.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    best = int(rows[int(np.argmax([float(row["return"]) for row in rows]))]["steps"])
+    merits = [(float(row["strides"]), float(row["return"])) for row in rows]
+    best = int(rows[merits.index(max(merits))]["steps"])
     network = load_network(finished / "policy.npz")
     assert network.settings == {"algo": "PPO", "env_id": ROUND_FOOT, "seed": 4, "steps": best}
     x = np.random.default_rng(0).normal(size=(20, 4)).astype(np.float32)
@@ -344,6 +346,20 @@ def test_a_run_whose_settings_were_changed_does_not_go_on(
     (folder / "config.yml").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=message):
         train(read_run(folder), folder, resume=True, quiet=True)
+
+
+def test_a_run_of_the_python_interface_goes_on_and_bad_settings_leave_no_folder(
+    tmp_path: Path,
+) -> None:
+    """A tuple is a list in a file, and no change."""
+    kwargs: dict[str, Any] = {"preset": "round-foot", "control": (2.704, 3371.8)}
+    train(settings_for(env_kwargs=kwargs), tmp_path / "a", stop_at=32, quiet=True)
+    done = train(read_run(tmp_path / "a"), tmp_path / "a", resume=True, quiet=True)
+    assert done.num_timesteps == 128
+    kwargs = {"preset": "round-foot", "control": PRESETS["round-foot"].control}
+    with pytest.raises(ValueError, match=r"settings must be plain .*Control\("):
+        train(settings_for(env_kwargs=kwargs), tmp_path / "b", quiet=True)
+    assert not (tmp_path / "b").exists()
 
 
 def test_to_resume_says_that_a_checkpoint_is_a_pickle(folder: Path) -> None:
