@@ -57,26 +57,32 @@ def create_run(folder: Path, settings: DataclassInstance, *, overwrite: bool = F
         ValueError: it exists, and `overwrite` is false or it is no run; or it cannot be made.
     """
     config = config_text(settings)
-    if folder.exists():
-        if not overwrite:
-            raise ValueError(
-                f"{str(folder)!r} exists; choose another name, replace it by --overwrite, or, if "
-                "agents.train made it, go on with it by agents.train --resume"
-            )
-        if not folder.is_dir() or (any(folder.iterdir()) and not (folder / CONFIG).is_file()):
-            raise ValueError(
-                f"{str(folder)!r} is no run, so --overwrite leaves it alone; move it away"
-            )
-        shutil.rmtree(folder)
+    if folder.exists() and not overwrite:
+        raise ValueError(
+            f"{str(folder)!r} exists; choose another name, replace it by --overwrite, or, if "
+            "agents.train made it, go on with it by agents.train --resume"
+        )
+    if folder.exists() and not (folder.is_dir() and _is_run(folder)):
+        raise ValueError(f"{str(folder)!r} is no run, so --overwrite leaves it alone; move it away")
+    aside = folder.with_name(f".{folder.name}.part")
     try:
-        folder.mkdir(parents=True)
+        aside.mkdir(parents=True, exist_ok=True)
+        write_text(aside / CONFIG, config)
+        write_json(aside / VERSIONS, provenance())
+        if folder.exists():
+            shutil.rmtree(folder)
+        aside.rename(folder)
     except OSError as error:
         raise ValueError(
             f"the run folder {str(folder)!r} cannot be made ({error.strerror}); choose another "
             "place"
         ) from error
-    write_text(folder / CONFIG, config)
-    write_json(folder / VERSIONS, provenance())
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _is_run(folder: Path) -> bool:
+    return not any(folder.iterdir()) or (folder / CONFIG).is_file()
 
 
 def config_text(settings: DataclassInstance) -> str:

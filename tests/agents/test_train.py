@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shlex
 import shutil
 import signal
@@ -251,6 +252,22 @@ def test_what_is_no_run_is_never_removed(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is no run, so --overwrite leaves it alone"):
         create_run(tmp_path, settings_for(), overwrite=True)
     assert (tmp_path / "thesis.txt").exists()
+
+
+def test_a_full_disk_is_met_before_the_work_and_costs_no_old_run(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr("agents.train.evaluate", lambda *_, **__: pytest.fail("work began"))
+    for name in ("a", "new"):
+        command = ["--runs", str(folder.parent), "--name", name, "--overwrite", "--steps", "64"]
+        assert exit_status(lambda: main(command)) == 2
+        assert "cannot be made (No space left on device)" in capsys.readouterr().err
+    assert [path.name for path in folder.parent.iterdir()] == ["a"]
+    assert steps_of(folder) == 128
 
 
 def test_settings_that_will_not_do_leave_an_old_run_in_place(folder: Path) -> None:

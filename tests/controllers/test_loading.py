@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -51,6 +53,16 @@ def test_the_baselines_have_names() -> None:
     assert name == "open loop"
     assert controller.predict(np.ones((3, 4)))[0].shape == (3, 1)
     assert load_controller("lqr", TASK)[0] == "LQR"
+
+
+def test_the_room_needs_no_learning_library() -> None:
+    program = (
+        "import sys, powered_walker_env.controllers as room\n"
+        "room.load_controller('lqr', room.evaluation.task_of('PoweredWalker-v0'))\n"
+        "print([name for name in ('torch', 'stable_baselines3', 'rich') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.returncode) == ("[]\n", 0)
 
 
 def test_a_function_is_a_controller_by_itself_and_by_import_path(
