@@ -41,6 +41,32 @@ def check_render_mode(mode: str | None, known: list[str]) -> str | None:
     return mode
 
 
+def can_render(mode: str | None, stage: object, maker: str) -> bool:
+    """Whether there is something to draw; without a render mode it warns.
+
+    Raises:
+        gymnasium.error.ResetNeeded: before the first reset, when there is no stage yet.
+    """
+    if mode is None:
+        gym.logger.warn(
+            f"render() was called without a render mode; pass one to {maker}, for example "
+            'render_mode="rgb_array"'
+        )
+    elif stage is None:
+        raise gym.error.ResetNeeded("call reset() before render()")
+    return mode is not None
+
+
+def check_count(name: str, value: int) -> None:
+    """Reject a number of walkers or strides below 1.
+
+    Raises:
+        ValueError: naming it.
+    """
+    if value < 1:
+        raise ValueError(f"{name} must be at least 1, got {value!r}")
+
+
 def check_options(options: dict[str, Any] | None) -> PostStrikeState | None:
     """The start that reset options ask for.
 
@@ -121,3 +147,19 @@ def masked(info: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None)
             result[name] = np.zeros_like(values)
             result[name][mask] = values[mask]
     return result
+
+
+def endings(
+    observation: NDArray[np.float32], info: dict[str, NDArray[Any]], over: NDArray[np.bool_]
+) -> dict[str, Any]:
+    """The last observation and info of the walkers that are over, as SAME_STEP has them."""
+    final = np.full(len(over), None, dtype=object)
+    for i in np.flatnonzero(over):
+        final[i] = observation[i]
+    last = masked(info, over)
+    return {
+        "final_obs": final,
+        "_final_obs": over.copy(),
+        "final_info": last,
+        "_final_info": over.copy(),
+    }

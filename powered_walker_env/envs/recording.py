@@ -9,6 +9,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from powered_walker_env.envs.contract import check_count
 from powered_walker_env.envs.show import Walked
 from powered_walker_env.envs.walker import RENDER_FPS, Action, Observation, PoweredWalkerEnv
 from powered_walker_env.envs.walkers import WALKED
@@ -79,8 +80,7 @@ class RecordWalk(
         gym.Wrapper.__init__(self, env)
         if not isinstance(env.unwrapped, PoweredWalkerEnv):
             raise TypeError(f"env must be an environment of this package, got {env!r}")
-        if longest < 1:
-            raise ValueError(f"longest must be at least 1 stride, got {longest!r}")
+        check_count("longest", longest)
         self.folder, self.name_prefix, self.suffix = Path(folder), name_prefix, suffix
         self.fps, self.longest = fps, longest
         self._trigger = episode_trigger or often_at_first

@@ -6,6 +6,7 @@ results are those of `SyncVectorEnv` over N single environments.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +21,14 @@ from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.contract import (
     STRIDE_RTOL,
     action_space,
+    can_render,
     check_action,
+    check_count,
     check_mask,
     check_options,
     check_render_mode,
     check_seeds,
+    endings,
     masked,
     observation_space,
 )
@@ -68,10 +72,9 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         render_mode: str | None = None,
         **arguments: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs must be at least 1, got {num_envs!r}")
-        if max_episode_steps is not None and max_episode_steps < 1:
-            raise ValueError(f"max_episode_steps must be at least 1, got {max_episode_steps!r}")
+        check_count("num_envs", num_envs)
+        if max_episode_steps is not None:
+            check_count("max_episode_steps", max_episode_steps)
         self.render_mode = check_render_mode(render_mode, RENDER_MODES)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.task = make_task(TaskArguments.of(arguments))
@@ -161,19 +164,17 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         wanted = check_action(actions, self.action_space.shape, self.task.scheme)
         if not self._started.all():
             raise gym.error.ResetNeeded("call reset() before step()")
-        active = None
-        if self._over.any():
-            active = self._active()
+        active = self._active() if self._over.any() else None
         result = self._walk(wanted, active)
         self.elapsed += 1 if active is None else active
-        truncated = np.zeros(self.num_envs, np.bool_)
-        if self.max_episode_steps is not None:
-            truncated = self.elapsed >= self.max_episode_steps
+        limit = math.inf if self.max_episode_steps is None else self.max_episode_steps
+        truncated = self.elapsed >= limit
         self._over = result.terminated | truncated
+        observation, info = result.observation, result.info
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
-            observation, info = self._finish(result.observation, result.info)
+            observation, info = self._finish(observation, info)
         else:
-            observation, info = result.observation, masked(result.info)
+            info = masked(info)
         return observation, result.reward, result.terminated, truncated, info
 
     def render(self) -> Any:
@@ -182,15 +183,10 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        if self.render_mode is None:
-            gym.logger.warn(
-                "render() was called without a render mode; pass one to gym.make_vec, for "
-                'example render_mode="rgb_array"'
-            )
-            return None
-        if self._gallery is None:
-            raise gym.error.ResetNeeded("call reset() before render()")
-        return self._gallery.pictures()
+        if can_render(self.render_mode, self._gallery, "gym.make_vec"):
+            assert self._gallery is not None
+            return self._gallery.pictures()
+        return None
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the window, if any."""
@@ -254,14 +250,9 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
     ) -> tuple[Observations, Info]:
         """Restart what is over; its last observation and info go into `final_…`."""
         over = self._over
-        final = np.full(self.num_envs, None, dtype=object)
-        for i in np.flatnonzero(over):
-            final[i] = observation[i]
-        last = masked(info, over)
+        ends = endings(observation, info, over)
         self._restart(over)
         fresh = self.walkers.start_info()
         for name, values in info.items():
             values[over] = fresh[name][over]
-        ends: Info = {"final_obs": final, "_final_obs": over.copy()}
-        ends |= {"final_info": last, "_final_info": over.copy()}
         return self.walkers.observations.copy(), ends | masked(info)

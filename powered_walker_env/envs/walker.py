@@ -13,6 +13,7 @@ from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.contract import (
     STRIDE_RTOL,
     action_space,
+    can_render,
     check_action,
     check_options,
     check_render_mode,
@@ -22,7 +23,7 @@ from powered_walker_env.envs.description import describe
 from powered_walker_env.envs.saved import check_saved
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import Task
-from powered_walker_env.envs.walkers import Walkers
+from powered_walker_env.envs.walkers import WALKED, Walkers
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState
@@ -127,14 +128,14 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         if not self._begun:
             raise gym.error.ResetNeeded("call reset() before step(): no walk has begun yet")
         wanted = check_action(action, self.action_space.shape, self.task.scheme)
-        fallen = self.outcome != Outcome.WALKED
+        fallen = self.walkers.outcomes[0] != WALKED
         if fallen and not self._warned:
             gym.logger.warn("step() was called after a fall: nothing happens until reset()")
             self._warned = True
-        start = PostStrikeState(*self.walkers.states[0].tolist())
+        start = None if self.render_mode is None or fallen else self.walkers.states[0].tolist()
         result = self.walkers.step(wanted[np.newaxis], NOBODY if fallen else None)
-        if self.render_mode is not None and not fallen:
-            self._stage().add(start)
+        if start is not None:
+            self._stage().add(PostStrikeState(*start))
         return (
             result.observation[0],
             float(result.reward[0]),
@@ -169,15 +170,10 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        if self.render_mode is None:
-            gym.logger.warn(
-                "render() was called without a render mode; pass one to gym.make, for "
-                'example render_mode="rgb_array"'
-            )
-            return None
-        if self._show is None:
-            raise gym.error.ResetNeeded("call reset() before render()")
-        return self._show.picture()
+        if can_render(self.render_mode, self._show, "gym.make"):
+            assert self._show is not None
+            return self._show.picture()
+        return None
 
     def close(self) -> None:
         """Close the window, if any."""

@@ -207,7 +207,7 @@ def test_what_cannot_be_filmed_is_refused_at_once(tmp_path: Path) -> None:
         RecordWalk(make(), tmp_path, suffix=".avi")
     with pytest.raises(ValueError, match="fps must be positive"):
         RecordWalk(make(), tmp_path, fps=0.0)
-    with pytest.raises(ValueError, match="longest must be at least 1 stride, got 0"):
+    with pytest.raises(ValueError, match="longest must be at least 1, got 0"):
         RecordWalk(make(), tmp_path, longest=0)
 
 
