@@ -5,23 +5,22 @@ Keys of a section are the arguments of the algorithm's constructor, and those of
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import copy
 import importlib
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 
 from agents.command import CONFIGS, ROUND_FOOT, read_yaml
+from agents.zoo import linear_schedule, python_literal
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -50,7 +49,6 @@ _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
 _LITERALS = ("policy_kwargs", "replay_buffer_kwargs", "rollout_buffer_kwargs")
 _FRACTIONS = ("gamma", "gae_lambda", "tau")
 _LEAST = {"gradient_steps": -1, "learning_starts": 0}  # of the integers; 1 of the others
-_ACTIVATIONS = ("ReLU", "Tanh", "ELU", "LeakyReLU", "SiLU", "GELU")
 
 
 @dataclass(frozen=True)
@@ -259,52 +257,3 @@ def whole_number(name: str, value: Any, least: int = 1) -> int:
         )
         raise ValueError(f"{name} must be {need}, got {value!r}")
     return int(value)
-
-
-def linear_schedule(key: str, text: str) -> Callable[[float], float]:
-    """The zoo's `lin_1e-3`: from 1e-3 down to 0 over the training.
-
-    Raises:
-        ValueError: a text of another form.
-    """
-    kind, _, number = text.rpartition("_")
-    try:
-        initial = float(number)
-    except ValueError:
-        initial = math.nan
-    if kind not in ("", "lin") or not 0 <= initial < math.inf:
-        raise ValueError(f"{key} must be a number or like 'lin_1e-3', got {text!r}")
-    if not kind:  # YAML takes 1e-3 for a text
-        return lambda _: initial
-    return lambda remaining: remaining * initial
-
-
-def python_literal(key: str, text: str) -> dict[str, Any]:
-    """The zoo's `"dict(net_arch=[64, 64], activation_fn=nn.ReLU)"`, read without running it.
-
-    Raises:
-        ValueError: anything but a dictionary of literals and activation functions.
-    """
-    try:
-        value = _evaluate(ast.parse(text.strip(), mode="eval").body)
-    except (SyntaxError, ValueError) as error:
-        raise ValueError(
-            f"{key} must be a dictionary of plain values, got {text!r}: {error}"
-        ) from error
-    if not isinstance(value, dict):
-        raise ValueError(f"{key} must be a dictionary, got {text!r}")
-    return value
-
-
-def _evaluate(node: ast.expr) -> Any:
-    """The value of a literal, in which `dict(...)` and `nn.NAME` may stand."""
-    match node:
-        case ast.Call(func=ast.Name(id="dict"), args=[], keywords=keywords) if all(
-            word.arg for word in keywords
-        ):
-            return {str(word.arg): _evaluate(word.value) for word in keywords}
-        case ast.List(elts=elements):
-            return [_evaluate(element) for element in elements]
-        case ast.Attribute(value=ast.Name(id="nn"), attr=name) if name in _ACTIVATIONS:
-            return getattr(torch.nn, name)
-    return ast.literal_eval(node)

@@ -8,13 +8,8 @@ from typing import Any
 import pytest
 import torch
 
-from agents.configuration import (
-    Settings,
-    linear_schedule,
-    python_literal,
-    read_settings,
-    study_seeds,
-)
+from agents.configuration import Settings, read_settings, study_seeds
+from agents.zoo import linear_schedule, python_literal
 from powered_walker_env import ENVIRONMENTS
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"

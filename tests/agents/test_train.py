@@ -254,18 +254,18 @@ def test_what_is_no_run_is_never_removed(tmp_path: Path) -> None:
     assert (tmp_path / "thesis.txt").exists()
 
 
+@pytest.mark.parametrize("name", ["a", "new"])
 def test_a_full_disk_is_met_before_the_work_and_costs_no_old_run(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     monkeypatch.setattr("agents.train.evaluate", lambda *_, **__: pytest.fail("work began"))
-    for name in ("a", "new"):
-        command = ["--runs", str(folder.parent), "--name", name, "--overwrite", "--steps", "64"]
-        assert exit_status(lambda: main(command)) == 2
-        assert "cannot be made (No space left on device)" in capsys.readouterr().err
+    command = ["--runs", str(folder.parent), "--name", name, "--overwrite", "--steps", "64"]
+    assert exit_status(lambda: main(command)) == 2
+    assert "cannot be made (No space left on device)" in capsys.readouterr().err
     assert [path.name for path in folder.parent.iterdir()] == ["a"]
     assert steps_of(folder) == 128
 
