@@ -1,4 +1,4 @@
-"""How rl-baselines3-zoo writes values in YAML: schedules and Python literals, without running them."""
+"""How rl-baselines3-zoo writes values in YAML: schedules, and literals that are not run."""
 
 from __future__ import annotations
 
