@@ -8,7 +8,8 @@
 - `tune_lqr`: weights for the linear-quadratic regulator, the baseline.
 
 A training is told by `configuration` (what it needs, read as `zoo` writes it), `train`,
-`runs` (its folder) and `resume` (how it goes on bit for bit).
+`supervisor` (what happens between rollouts), `runs` (its folder) and `resume` (how it goes on
+bit for bit); that by gradients, by `learner` and `segments`.
 
 Run them from the root of the repository, as `python -m agents.quickstart --help`.
 """

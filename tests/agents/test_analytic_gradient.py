@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import torch
 
-import agents.analytic_gradient
-from agents.analytic_gradient import Learner, Settings, main, read_settings, train
+from agents.analytic_gradient import main, train
 from agents.command import exit_status
+from agents.learner import Learner, Settings, read_settings
 from agents.segments import Segment, segment_loss, walk_segment
 from powered_walker_env import StrideMap
 from powered_walker_env.controllers import (
@@ -195,7 +195,7 @@ def test_ctrl_c_keeps_what_there_is(
         signal.raise_signal(signal.SIGINT)
         return update(self)
 
-    monkeypatch.setattr(agents.analytic_gradient.Learner, "update", interrupted)
+    monkeypatch.setattr(Learner, "update", interrupted)
     arguments = ["--runs", str(tmp_path), "--name", "cut", "--hyperparams", "episodes:5"]
     assert exit_status(lambda: main(arguments)) == 130
     assert "stopped early" in capsys.readouterr().err

@@ -90,15 +90,15 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(
 ) -> None:
     import signal
 
-    import agents.train
+    import agents.supervisor
 
-    evaluate_once = agents.train.evaluate
+    evaluate_once = agents.supervisor.evaluate
 
     def interrupted(*args: object, **kwargs: object) -> object:
         signal.raise_signal(signal.SIGINT)
         return evaluate_once(*args, **kwargs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(agents.train, "evaluate", interrupted)
+    monkeypatch.setattr(agents.supervisor, "evaluate", interrupted)
     out = tmp_path / "q"
     assert exit_status(lambda: main(["--out", str(out), "--steps", "4096"])) == 130
     assert f"python -m agents.train --resume --name q --runs {tmp_path}" in capsys.readouterr().err

@@ -23,7 +23,7 @@ import pytest
 import torch
 import yaml
 
-import agents.train
+import agents.supervisor
 from agents.command import exit_status
 from agents.configuration import Settings
 from agents.resume import read_run
@@ -99,7 +99,7 @@ def assert_same_run(first: Path, second: Path) -> None:
 def interrupt_at(monkeypatch: pytest.MonkeyPatch, evaluation: int, number: int) -> None:
     """A signal during that evaluation."""
     calls = 0
-    evaluate_once: Callable[..., Any] = agents.train.evaluate
+    evaluate_once: Callable[..., Any] = agents.supervisor.evaluate
 
     def interrupted(*args: Any, **kwargs: Any) -> Any:
         nonlocal calls
@@ -108,7 +108,7 @@ def interrupt_at(monkeypatch: pytest.MonkeyPatch, evaluation: int, number: int) 
             signal.raise_signal(number)
         return evaluate_once(*args, **kwargs)
 
-    monkeypatch.setattr(agents.train, "evaluate", interrupted)
+    monkeypatch.setattr(agents.supervisor, "evaluate", interrupted)
 
 
 @pytest.mark.parametrize("algo", ["ppo", "sac"])
@@ -262,7 +262,7 @@ def test_a_full_disk_is_met_before_the_work_and_costs_no_old_run(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    monkeypatch.setattr("agents.train.evaluate", lambda *_, **__: pytest.fail("work began"))
+    monkeypatch.setattr("agents.supervisor.evaluate", lambda *_, **__: pytest.fail("work began"))
     command = ["--runs", str(folder.parent), "--name", name, "--overwrite", "--steps", "64"]
     assert exit_status(lambda: main(command)) == 2
     assert "cannot be made (No space left on device)" in capsys.readouterr().err
@@ -309,7 +309,7 @@ def test_user_errors_say_what_is_wrong_and_end_with_2(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("agents.train.evaluate", lambda *_, **__: pytest.fail("work began"))
+    monkeypatch.setattr("agents.supervisor.evaluate", lambda *_, **__: pytest.fail("work began"))
     (tmp_path / "runs").mkdir()
     words = {"CONFIG": str(ROOT / "configs" / "ppo.yml"), "FILE": str(tmp_path / "file")}
     (tmp_path / "file").touch()
@@ -408,7 +408,7 @@ def test_a_signal_stops_the_command_and_it_says_how_to_go_on(
 def test_a_second_signal_stops_at_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    evaluate_once: Callable[..., Any] = agents.train.evaluate
+    evaluate_once: Callable[..., Any] = agents.supervisor.evaluate
 
     def interrupted(*args: Any, **kwargs: Any) -> Any:
         if (tmp_path / "a" / "checkpoint.zip").exists():
@@ -416,7 +416,7 @@ def test_a_second_signal_stops_at_once(
             signal.raise_signal(signal.SIGTERM)
         return evaluate_once(*args, **kwargs)
 
-    monkeypatch.setattr(agents.train, "evaluate", interrupted)
+    monkeypatch.setattr(agents.supervisor, "evaluate", interrupted)
     with pytest.raises(KeyboardInterrupt, match="interrupted; go on from stride 0: python"):
         train(settings_for(), tmp_path / "a")
     capsys.readouterr()
@@ -431,14 +431,14 @@ def test_the_command_to_go_on_can_be_pasted(tmp_path: Path) -> None:
 DIE_WHILE_SAVING = """
     import os, signal, sys
     from pathlib import Path
-    import agents.train
+    import agents.supervisor
     from agents.configuration import Settings
     from agents.train import train
 
     def die(*_):
         os.kill(os.getpid(), signal.SIGKILL)
 
-    save, saved = agents.train.save_checkpoint, []
+    save, saved = agents.supervisor.save_checkpoint, []
 
     def save_twice(model, target, history, settings):
         saved.append(model.num_timesteps)
@@ -448,7 +448,7 @@ DIE_WHILE_SAVING = """
             os.replace = die
         save(model, target, history, settings)
 
-    agents.train.save_checkpoint = save_twice
+    agents.supervisor.save_checkpoint = save_twice
     kwargs = dict(every=32, episodes=3, n_envs=4, hyperparameters=eval(sys.argv[3]))
     settings = Settings(n_timesteps=128, **kwargs)
     train(settings, Path(sys.argv[1]), quiet=True)
