@@ -1,7 +1,7 @@
 """Impulsive toe-off: a push along the trailing leg around heel strike (McGeer 1990; Kuo 2002).
 
 Before, with or after the heel strike the state that follows is the same, but the work is
-not: see `physics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
+not: see `model/mechanics/push_off.py`. A spring between the legs is the walker's `hip_stiffness`.
 """
 
 from __future__ import annotations
@@ -37,6 +37,9 @@ def _pushed(reset: Reset) -> Cycle:
 @dataclass(frozen=True)
 class ToeOff:
     """A push just before heel strike.
+
+    Under a round foot the impulse acts at the contact point, along the trailing leg, as ankle
+    to hip has it (not through the foot's centre, nor along the floor's normal).
 
     Raises:
         ValueError: an impulse that is negative or not finite.
