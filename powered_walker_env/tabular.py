@@ -15,10 +15,15 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
     """Rows of cells as lines with columns of equal width, two spaces apart.
 
     Args:
-        rows: of any length; a header is a row. left: columns that begin at the left, as names
-            do; the others end at the right, as numbers do.
+        rows: of any length; a header is a row, and a row of one cell a heading of any width.
+        left: columns that begin at the left, as names do; the others end at the right, as
+            numbers do.
     """
-    widths = [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows)))]
+    tabled = [row for row in rows if len(row) > 1]
+    widths = [
+        max(len(row[k]) for row in tabled if k < len(row))
+        for k in range(max(map(len, tabled), default=0))
+    ] or [0]
     return [
         "  ".join(
             cell.ljust(width) if k < left else cell.rjust(width)

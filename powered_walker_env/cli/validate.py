@@ -10,8 +10,13 @@ from typing import Any
 from powered_walker_env.cli.options import add_command
 from powered_walker_env.cli.output import Progress, Report
 from powered_walker_env.files import write_text
-from powered_walker_env.literature.values import FAMILIES, validate
-from powered_walker_env.literature.values.table import table_csv, table_data, table_text
+from powered_walker_env.literature.values import (
+    FAMILIES,
+    table_csv,
+    table_data,
+    table_text,
+    validate,
+)
 from powered_walker_env.results import versions
 
 SUFFIXES = (".csv", ".json")

@@ -10,8 +10,15 @@ Two tellings of one story:
 """
 
 from powered_walker_env.literature.figures import report_text, reproduce
-from powered_walker_env.literature.values import FAMILIES, Kind, Row, validate
-from powered_walker_env.literature.values.table import table_csv, table_data, table_text
+from powered_walker_env.literature.values import (
+    FAMILIES,
+    Kind,
+    Row,
+    table_csv,
+    table_data,
+    table_text,
+    validate,
+)
 
 __all__ = [
     "FAMILIES",

@@ -1,6 +1,7 @@
 """Every published value that the package reproduces, as lines of one table.
 
     rows = validate()            # about ten seconds; validate(long=True) for the cascades too
+    print(table_text(rows))
 
 One small module per family computes its values (`wheel`, `passive`, `simplest`, `compass`,
 `mcgeer`, `toe_off`, `thesis`; `cascades` for those that take long); `published` reads the values
@@ -24,6 +25,7 @@ from powered_walker_env.literature.values import (
 )
 from powered_walker_env.literature.values.published import Kind
 from powered_walker_env.literature.values.rows import Family, Row
+from powered_walker_env.literature.values.table import table_csv, table_data, table_text
 
 #: All families, by name.
 FAMILIES: dict[str, Family] = {
@@ -59,4 +61,13 @@ def validate(
     return rows
 
 
-__all__ = ["FAMILIES", "Family", "Kind", "Row", "validate"]
+__all__ = [
+    "FAMILIES",
+    "Family",
+    "Kind",
+    "Row",
+    "table_csv",
+    "table_data",
+    "table_text",
+    "validate",
+]
