@@ -174,7 +174,7 @@ def newton(
     for _ in range(NEWTON_STEPS):
         if not np.isfinite(point.by_state).all():
             return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
-        change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state, rcond=None)[0]
+        change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
         trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
         residuals = residuals_of(stride_map, trials, period)
         better = np.flatnonzero(residuals < residual)
