@@ -119,7 +119,7 @@ def _disturbance(task: Task) -> str:
 def _draw_curve(
     folder: Path, history: Sequence[Mapping[str, float]], result: Mapping[str, Any]
 ) -> None:
-    from powered_walker_env.pictures.charts.walks import learning_curve, save_figure
+    from powered_walker_env.pictures.charts import learning_curve, save_figure
 
     columns = ("steps", "strides", "strides_low", "strides_high")
     baselines = {
@@ -144,7 +144,7 @@ def _draw_walks(
 ) -> None:
     """One episode of open loop and PPO, in the state space and as an animation."""
     from agents.recording import nominal_stride, record, save_side_by_side
-    from powered_walker_env.pictures.charts.walks import disturbed_walks, save_figure
+    from powered_walker_env.pictures.charts import disturbed_walks, save_figure
 
     baseline = evaluations["open loop"]
     strides = baseline.strides

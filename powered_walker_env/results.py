@@ -35,12 +35,12 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env import model, poincare, simulation
 from powered_walker_env.files import written_aside
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
 DOCUMENT = "result"  # the entry that holds the JSON text
+ROOMS = ("model", "simulation", "poincare")  # whose classes a file may name; all lie above this
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +119,7 @@ def result_info(path: str | os.PathLike[str]) -> dict[str, Any]:
         }
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """Versions of what computed a result."""
     names = ("powered-walker-env", "numpy", "numba", "scipy")
@@ -157,9 +158,10 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 @functools.cache
 def _types() -> dict[str, Any]:
     """The classes that a file may name: those of the package's mechanics and studies."""
+    packages = (importlib.import_module(f"powered_walker_env.{room}") for room in ROOMS)
     sources = (
         found.name
-        for package in (model, simulation, poincare)
+        for package in packages
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     )
     known: dict[str, Any] = {"UnsavedPolicy": UnsavedPolicy}

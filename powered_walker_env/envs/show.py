@@ -8,9 +8,9 @@ from typing import Any
 from powered_walker_env.envs.walkers import Walkers
 from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.pictures.film import Window
-from powered_walker_env.pictures.painter import Frame
+from powered_walker_env.pictures.canvas import Frame
 from powered_walker_env.pictures.renderer import Renderer
+from powered_walker_env.pictures.window import Window
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 

@@ -6,20 +6,25 @@
   `branch`, `special_points`), `cascades` to chaos, `boundary` for two parameters, `ramps`
   by brute force;
 - how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
-- from where are they reached? `basins` (with `slices`, `trapping`), and from where could
+- from where are they reached? `basins`, `volumes` (with `slices`, `trapping`), and from where could
   any controller reach them? `viability` (with `regulator`);
 - what does walking cost, and what must it? `energetics`, `transition`;
 - is the contact what the model takes it for? `contact` (with `ground_force`);
-- long studies in pieces: `pieces`, `checkpoint`.
+- long studies in pieces: `pieces`, with `executors`, `checkpoint`, `interruption`.
 """
 
 from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branches.boundary import (
+    Boundary,
+    continue_boundary,
+    stability_boundaries,
+)
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.cascades import Cascade, doubling_cascade
 from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare.branches.starts import stable_gait
 from powered_walker_env.poincare.energy.contact import ContactReport, contact_of, contact_report
 from powered_walker_env.poincare.energy.energetics import (
     Costs,
@@ -31,19 +36,26 @@ from powered_walker_env.poincare.energy.energetics import (
 from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
-from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin, basin_volume
-from powered_walker_env.poincare.regions.slices import Slice
+from powered_walker_env.poincare.regions.basins import Basin, basin
+from powered_walker_env.poincare.regions.slices import (
+    SLICES,
+    Slice,
+    schwab_wisse_slice,
+    slice_through,
+)
 from powered_walker_env.poincare.regions.viability import Viability, viable_states
+from powered_walker_env.poincare.regions.volumes import BasinVolume, basin_volume
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
 from powered_walker_env.poincare.stability.lyapunov import LyapunovExponent, lyapunov_exponent
 from powered_walker_env.poincare.stability.robustness import GaitSensitivity, gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import TransitionTimes, transition_times
-from powered_walker_env.poincare.work.pieces import LostWorkersError, run_pieces
+from powered_walker_env.poincare.work.pieces import LostWorkersError, run_chains, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
     "PARAMETERS",
+    "SLICES",
     "Basin",
     "BasinVolume",
     "BifurcationDiagram",
@@ -88,7 +100,12 @@ __all__ = [
     "least_cost",
     "lyapunov_exponent",
     "regulate",
+    "run_chains",
     "run_pieces",
+    "schwab_wisse_slice",
+    "slice_through",
+    "stability_boundaries",
+    "stable_gait",
     "switch_branch",
     "transition_times",
     "viable_states",

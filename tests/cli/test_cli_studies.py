@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Gait
+from powered_walker_env import Gait
 from powered_walker_env.cli import main
-from powered_walker_env.cli.output import Progress, bar, clock
+from powered_walker_env.cli.output import Progress
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.results import load_result, result_info
 
@@ -46,6 +46,17 @@ def test_a_study_is_saved_drawn_and_told(
     assert {Path(file) for file in data["written"]} == set(tmp_path.iterdir())
     suffixes = {path.suffix for path in tmp_path.iterdir()}
     assert suffixes == {".npz", ".png", ".svg", ".csv"}
+    assert main([*STUDIES[name], "--out", str(base)]) == 2  # nothing of it is overwritten
+    for path in tmp_path.iterdir():  # not even one file of all
+        others = [other for other in tmp_path.iterdir() if other != path]
+        kept = [(other, other.read_bytes()) for other in others]
+        for other in others:
+            other.unlink()
+        assert main([*STUDIES[name], "--out", str(base)]) == 2
+        assert "exists already" in capsys.readouterr().err
+        assert [*tmp_path.iterdir()] == [path]
+        for other, content in kept:
+            other.write_bytes(content)
     assert result_info(f"{base}.npz")["settings"]["preset"] == "camp1997-as-published"
     load_result(f"{base}.npz")
 
@@ -143,7 +154,7 @@ def test_an_interrupted_basin_goes_on_where_it_stopped(
         assert main([*BASIN, *out]) == 130
     error = capsys.readouterr().err
     assert error == "powered-walker: interrupted; the same command goes on from here\n"
-    left = sorted((tmp_path / "basin.unfinished").glob("*.pickle"))
+    left = sorted((tmp_path / "basin.unfinished").glob("*.npz"))
     assert 1 <= len(left) < 3
     told: list[tuple[int, int]] = []
     with monkeypatch.context() as patch:
@@ -240,25 +251,16 @@ def test_without_matplotlib_plots_are_refused_with_the_remedy_and_results_are_no
     assert [path.name for path in tmp_path.iterdir()] == ["gait.npz"]
 
 
-def test_the_bar_fills_and_tells_the_time_left() -> None:
-    assert bar("basin", 0, 4, float("nan")) == f"basin [{'.' * 24}]   0 %"
-    assert bar("basin", 1, 4, 75.4) == f"basin [{'#' * 6}{'.' * 18}]  25 %  1:15 left"
-    assert bar("basin", 4, 4, 0.0) == f"basin [{'#' * 24}] 100 %  0:00 left"
-    assert clock(7384) == "2 h 03 min"
-
-
 def test_progress_is_for_terminals_and_cleans_up(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    with Progress("basin") as progress:
+        progress(1, 2, 3.0)
+    assert not capsys.readouterr().err
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     with Progress("basin") as progress:
         progress(1, 2, 3.0)
+        progress(2, 2, 0.0)
     error = capsys.readouterr().err
-    assert "basin [############............]  50 %  0:03 left" in error
-    assert error.endswith("\r\x1b[K")
-
-
-def test_every_preset_has_the_useful_defaults(capsys: pytest.CaptureFixture[str]) -> None:
-    for preset in PRESETS:
-        text = run(capsys, "branch", "--preset", preset, "--step", "0.1", "--no-doubled")
-        assert "stable from" in text
+    assert "basin:  50%" in error and "1/2" in error
+    assert error.endswith("\r")  # nothing is left of it

@@ -89,7 +89,7 @@ def test_the_window_shows_every_stride_at_once(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     shown: list[Any] = []
     monkeypatch.setattr(
-        "powered_walker_env.pictures.film.Window.show", lambda window, frames: shown.extend(frames)
+        "powered_walker_env.pictures.window.Window.show", lambda window, frames: shown.extend(frames)
     )
     env = gym.make(ROUND_FOOT, render_mode="human")
     env.reset(seed=0)

@@ -32,8 +32,9 @@ from powered_walker_env.poincare.branches.ramps import bifurcation_diagram
 from powered_walker_env.poincare.energy.contact import contact_of, contact_report
 from powered_walker_env.poincare.energy.ground_force import ground_force
 from powered_walker_env.poincare.maps import StrideMap, control_scheme, policy_derivative
-from powered_walker_env.poincare.regions.basins import basin, basin_volume
+from powered_walker_env.poincare.regions.basins import basin
 from powered_walker_env.poincare.regions.viability import viable_states
+from powered_walker_env.poincare.regions.volumes import basin_volume
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.search import find_gait_with, find_gaits
 from powered_walker_env.poincare.stability.lyapunov import lyapunov_exponent

@@ -11,7 +11,7 @@ from powered_walker_env.poincare.maps import policy_derivative
 from powered_walker_env.poincare.regions.basins import basin
 from powered_walker_env.poincare.regions.viability import Viability, viable_states
 from powered_walker_env.poincare.regulator import regulate
-from powered_walker_env.simulation.strides import stride_batch
+from powered_walker_env.simulation.strides import Array, stride_batch
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]
 assert CONTROL is not None
@@ -76,6 +76,42 @@ def test_lost_after_one_stride_means_that_no_control_of_the_grid_walks() -> None
     gone = found.lost == 0
     assert gone.any() and not walks[gone].any()
     assert (found.walked[walks] == 1).all()
+
+
+def longest_walk(state: Array, strides: int, counts: tuple[int, int]) -> int:
+    """Strides, up to so many, that some sequence of a grid of controls walks: all are tried."""
+    low, high = np.subtract([CONTROL.switch_angle, CONTROL.stall_torque], REACH), np.add(
+        [CONTROL.switch_angle, CONTROL.stall_torque], REACH
+    )  # fmt: skip
+    axes = [np.linspace(*ends) for ends in zip(low, high, counts, strict=True)]
+    controls = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    states = state[np.newaxis]
+    for k in range(strides):
+        starts = np.repeat(states, len(controls), axis=0)
+        batch = stride_batch(starts, np.tile(controls, (len(states), 1)), PARAMS, rtol=1e-8)
+        if not batch.walked.any():
+            return k
+        states = batch.state[batch.walked]
+    return strides
+
+
+def test_labels_converge_with_the_grid_and_agree_with_an_exhaustive_search() -> None:
+    scattered = np.random.default_rng(0).normal(STATE, 0.06, (200, 4))
+    regulated = StrideMap(PARAMS, regulate(GAIT, REACH), 1e-8)(scattered, 3)
+    starts = scattered[np.isnan(regulated).any(axis=1)]  # the doubtful ones
+    coarse, fine = (
+        viable_states(GAIT, REACH, starts, grid=grid, depth=3, backend="threading")
+        for grid in (5, 9)  # the finer one has more controls than walkers are kept
+    )
+    for found in (coarse, fine):
+        assert (found.lost == 0).sum() >= 50 and (found.lost == 1).sum() >= 10
+    assert not ((coarse.lost >= 0) & (fine.saved >= 0)).any()
+    assert not ((fine.lost >= 0) & (coarse.saved >= 0)).any()
+    assert np.mean(coarse.lost != fine.lost) < 0.05
+    for row in np.flatnonzero(fine.lost == 0)[:20].tolist():
+        assert longest_walk(starts[row], 1, (61, 61)) == 0
+    for row in np.flatnonzero(fine.lost == 1).tolist():
+        assert longest_walk(starts[row], 2, (17, 17)) == 1
 
 
 def test_the_regulator_is_linear_within_bounds_and_knows_its_derivative() -> None:

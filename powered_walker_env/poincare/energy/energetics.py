@@ -23,11 +23,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from powered_walker_env.model.powering import (
+    SCHEMES,
     AnyControl,
     HipTorque,
     LateToeOff,
     Scheme,
-    StoppedControl,
     ToeOff,
     ToeOffAtStrike,
     scheme,
@@ -152,9 +152,9 @@ def start_on_the_level(passive_preset: str, name: str) -> Gait:
     powered = scheme(name)
     if control is not None or powered.control is None or _draws(powered):
         raise ValueError(
-            f"scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
-            f"{name!r} for {passive_preset!r}; a preset with a motor walks with motor or "
-            "motor-with-stop"
+            "scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
+            f"{name!r} for {passive_preset!r}, which walks with "
+            f"{', '.join(schemes_for(passive_preset))}"
         )
     if powered.control is HipTorque and params.massless_foot:
         raise ValueError(
@@ -199,17 +199,18 @@ def first_gait(name: str, preset_name: str) -> tuple[Gait, str]:
                 f"scheme 'passive' needs a passive preset, got {preset_name!r}; choose motor"
             )
         return find_gait(params, None, state), "slope"
-    if control is not None and _draws(powered):
-        same: Any = control if name == "motor" else StoppedControl(*dataclasses.astuple(control))
-        return find_gait(params, same, state), "stall_torque"
+    if control is not None and powered.numbers == scheme_of(control).numbers:
+        same: Any = powered.control(*dataclasses.astuple(control))
+        return find_gait(params, same, state), powered.numbers[-1]
     return start_on_the_level(preset_name, name), powered.numbers[-1]
 
 
 def schemes_for(preset_name: str) -> tuple[str, ...]:
     """Names of the schemes that a preset's legs can be powered by."""
     params, control, _, _ = preset(preset_name)
-    if control is not None:
-        return ("motor", "motor-with-stop")
+    if control is not None:  # those that the control's own numbers mean something to
+        own = scheme_of(control).numbers
+        return tuple(name for name, each in SCHEMES.items() if each.numbers == own)
     timings = ("toe-off", "toe-off-at-strike", "late-toe-off")
     return ("passive", *timings, *(() if params.massless_foot else ("hip-torque",)))
 
