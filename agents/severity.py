@@ -31,7 +31,8 @@ from agents.controllers import LQR_NAME, OPEN_LOOP, Controller, make_controller
 from agents.evaluate import Evaluation, evaluate
 from agents.statistics import Estimate, mean_estimate
 from powered_walker_env import ENVIRONMENTS, Disturbance
-from powered_walker_env.envs.disturbances import KINDS, LEVELS
+from powered_walker_env.envs.disturbances import KINDS
+from powered_walker_env.envs.levels import LEVELS
 
 EPISODES = 1000
 LARGEST = 1.0  # size at which a search begins, in any kind's unit: more than any walker bears

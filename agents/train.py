@@ -107,7 +107,7 @@ def train(
 def _environment(settings: Settings) -> PoweredWalkerVecEnv:
     make_walkers(settings.env_id, 1, **settings.env_kwargs)  # says what is wrong with them
     return PoweredWalkerVecEnv(
-        settings.env_id, settings.n_envs, settings.seed, **settings.env_kwargs
+        settings.env_id, settings.n_envs, settings.seed, monitor=False, **settings.env_kwargs
     )
 
 

@@ -13,12 +13,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from benchmarks.timing import Case, Section, measure
+from powered_walker_env.envs.contract import STRIDE_RTOL
 from powered_walker_env.model.presets import preset
 from powered_walker_env.simulation.strides import stride, stride_batch
 from powered_walker_env.tabular import aligned
 
 VECTOR, CROWD = 1024, 100_000  # walkers
-RTOL = 1e-8  # of the environments' strides
 #: Environments of presets.
 IDS = {"camp1997": "PoweredWalker-v0", "round-foot": "PoweredWalkerRoundFoot-v0"}
 
@@ -34,11 +34,11 @@ def environments(walker: str, seconds: float = 1.0, crowd: int = CROWD) -> Secti
     params, control, state, _ = preset(walker)
     single, states = gym.make(env_id), np.tile(state, (VECTOR, 1))
     cases = {
-        "one call of stride": lambda: stride(state, control, params, rtol=RTOL),
+        "one call of stride": lambda: stride(state, control, params, rtol=STRIDE_RTOL),
         "env.step, with its resets": _steps(single),
         "env.unwrapped.step, likewise": _steps(single.unwrapped),
         f"{VECTOR} walkers: stride_batch": lambda: stride_batch(
-            states, np.array(list(vars(control).values())), params, rtol=RTOL
+            states, np.array(list(vars(control).values())), params, rtol=STRIDE_RTOL
         ),
         f"{VECTOR} walkers: vector step, with its resets": _batch_steps(env_id, VECTOR),
     }

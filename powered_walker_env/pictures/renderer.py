@@ -66,6 +66,11 @@ class Renderer:
         self.width, self.height = self._painter.width, self._painter.height
         self.reset()
 
+    @property
+    def painter(self) -> Painter:
+        """What draws the frames; renderers of one thread may share it."""
+        return self._painter
+
     def reset(
         self,
         state: PostStrikeState | Sequence[float] | None = None,

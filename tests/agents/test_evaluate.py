@@ -192,7 +192,7 @@ def test_disturbances_and_arguments_of_the_environment_can_be_given(
         (["nothing.zip"], "there is no model file 'nothing.zip'"),
         (["lqr", "--env", "PoweredWalker-v7"], "PoweredWalker-v7"),
         (["lqr", "--env", "CartPole-v1"], "CartPole-v1"),
-        (["lqr", "--disturbance", "hard"], "disturbance must be one of none, light, rough"),
+        (["lqr", "--disturbance", "hard"], "disturbance must be one of none, light, medium, rough"),
         (["lqr", "--env-kwargs", "speed:3"], "speed"),
         (["lqr", "--env-kwargs", "speed"], "arguments must look like key:value, got 'speed'"),
         (["lqr", "--out", "nowhere/x.json"], "the folder 'nowhere' does not exist"),

@@ -248,7 +248,7 @@ SAVE_FOREVER = """
     from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
     target = Path(sys.argv[1])
-    env = VecMonitor(PoweredWalkerVecEnv("PoweredWalkerRoundFoot-v0", 8, seed=0))
+    env = VecMonitor(PoweredWalkerVecEnv("PoweredWalkerRoundFoot-v0", 8, seed=0, monitor=False))
     network = dict(net_arch=[256, 256])
     model = PPO("MlpPolicy", env, seed=0, device="cpu", policy_kwargs=network)
     env.reset()
@@ -276,7 +276,7 @@ def test_a_kill_in_the_middle_of_saving_leaves_a_good_checkpoint(tmp_path: Path)
             print("save", file=parent.stdin, flush=True)
             child = int(parent.stdout.readline())
             cut += kill_while_writing(child, tmp_path)
-            env = VecMonitor(PoweredWalkerVecEnv(ROUND_FOOT, 8))
+            env = VecMonitor(PoweredWalkerVecEnv(ROUND_FOOT, 8, monitor=False))
             model, history = load_checkpoint(target, env)
             assert model.num_timesteps == history[-1]["steps"] > 0
         parent.stdin.close()
