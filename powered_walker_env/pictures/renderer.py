@@ -94,11 +94,6 @@ class Renderer:
         if state is not None:
             self._stand(check_state(state))
 
-    @property
-    def painter(self) -> Painter:
-        """What draws the frames; renderers of one thread may share it."""
-        return self._painter
-
     def follow(self, trajectory: Trajectory) -> None:
         """Go on along a trajectory; draws nothing yet.
 
