@@ -66,7 +66,7 @@ def precision(problem: Problem, rtols: Sequence[float] = RTOLS, seconds: float =
             "rungs": [asdict(rung) for rung in rungs], "missing": missing,
             "agreement": agreement, "worst_of_many": worst,
         },
-        lambda: _drawings(problem, rungs),
+        lambda: {"work_precision": _drawing(problem, rungs)},
     )  # fmt: skip
 
 
@@ -150,21 +150,26 @@ def _text(
     )
 
 
-def _drawings(problem: Problem, rungs: list[Rung]) -> dict[str, Drawing]:
+def _drawing(problem: Problem, rungs: list[Rung]) -> Drawing:
     """Strides per second against error, a line for each method."""
-    from powered_walker_env.pictures.charts.sheet import Drawing, sheet
+    from powered_walker_env.pictures.charts import sheet as paper
 
-    figure, (axes,) = sheet()
-    for method, marker in zip(dict.fromkeys(r.method for r in rungs), "os^vDPX", strict=False):
-        good = [r for r in rungs if r.method == method and 0 < r.error < LOST]
-        errors, speeds = [r.error for r in good], [r.strides_per_second for r in good]
-        axes.loglog(errors, speeds, marker=marker, label=method)
-    axes.invert_xaxis()
-    axes.set(
-        xlabel="largest error of the post-strike state (rad, rad/s)",
-        ylabel="strides per second",
-        title=f"One stride of {problem.name}: work and precision",
-    )
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    columns = {name: [getattr(rung, name) for rung in rungs] for name in asdict(rungs[0])}
-    return {"work_precision": Drawing(figure, columns)}
+    @paper.styled
+    def draw() -> Drawing:
+        figure, (axes,) = paper.sheet()
+        colours = paper.GREY, paper.INK, paper.ORANGE, paper.VIOLET, paper.BLUE, paper.RED
+        for name, colour in zip(dict.fromkeys(r.method for r in rungs), colours, strict=False):
+            good = [r for r in rungs if r.method == name and 0 < r.error < LOST]
+            errors, speeds = [r.error for r in good], [r.strides_per_second for r in good]
+            axes.loglog(errors, speeds, color=colour, marker="o", label=name)
+        axes.invert_xaxis()
+        axes.set(
+            xlabel="largest error of the post-strike state (rad, rad/s)",
+            ylabel="strides per second",
+            title=f"One stride of {problem.name}: work and precision",
+        )
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        columns = {field: [getattr(rung, field) for rung in rungs] for field in asdict(rungs[0])}
+        return paper.Drawing(figure, columns)
+
+    return draw()

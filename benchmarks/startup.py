@@ -28,13 +28,10 @@ def part(name, work):
     found[name] = time.process_time() - cpu, time.perf_counter() - wall
 
 def load():
-    global stride, find_gait, PRESETS
+    global gymnasium, numpy, stride, find_gait
+    import gymnasium, numpy
     from powered_walker_env import PRESETS, find_gait, stride
     globals().update(zip(("params", "control", "state"), PRESETS["camp1997"]))
-
-def load_gymnasium():
-    global gymnasium, numpy
-    import gymnasium, numpy
 
 def first_step():
     global env
@@ -45,10 +42,9 @@ def first_step():
 def step():
     env.step(numpy.zeros(2, numpy.float32))
 
-part("import powered_walker_env", load)
+part("imports", load)
 part("first stride", lambda: stride(state, control, params))
 part("second stride", lambda: stride(state, control, params))
-part("import gymnasium", load_gymnasium)
 part("first env.step, with make and reset", first_step)
 part("second env.step", step)
 part("first find_gait", lambda: find_gait(params, control, state))

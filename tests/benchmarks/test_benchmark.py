@@ -247,7 +247,7 @@ def test_the_environments_are_measured() -> None:
 
 def test_a_cold_start_is_told_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
     found = times({})  # over the kernels that there are
-    for part in ("import powered_walker_env", "first stride", "first find_gait"):
+    for part in ("imports", "first stride", "first find_gait"):
         assert all(seconds >= 0 for seconds in found[part])
     caches: list[str] = []
 

@@ -118,8 +118,8 @@ def _drawings(physics: str, six: Figure6, five: Figure5) -> Mapping[str, Drawing
         branches, onsets=torque, samples=(six.stall_torques, six.radii), top=2.5,
         title=f"Camp 1997, figure 6, {words}: switch angle {angle:g} rad",
     )  # fmt: skip
-    drawn = five.drawn.gait
-    gait = charts.gait_figure(drawn, title=_title(5, drawn, words), foot_panel=True)
+    title = _title(5, five.drawn.gait, words) + (five.drawn.solved and ", by construction")
+    gait = charts.gait_figure(five.drawn.gait, title=title, foot_panel=True)
     searched = dict(zip(COLUMNS, five.searched.T, strict=True))
     return {
         f"figure4-{physics}": charts.gait_figure(six.gait, title=_title(4, six.gait, words)),
