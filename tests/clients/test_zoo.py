@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -9,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
-pytest.importorskip("rl_zoo3")
+# Not imported here: it patches Gymnasium's time limit for the whole process.
+MISSING = importlib.util.find_spec("rl_zoo3") is None
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(MISSING, reason="needs rl_zoo3")]
 ROOT = Path(__file__).parents[2]
 ENV = "PoweredWalkerRoundFoot-v0"
 QUIET = {"SDL_VIDEODRIVER": "dummy", "OMP_NUM_THREADS": "1"}  # no screen, and no fight for cores
