@@ -66,7 +66,8 @@ class TaskArguments:
         unknown = [name for name in arguments if name not in known]
         if unknown:
             raise TypeError(
-                f"the environment has no argument {unknown[0]!r}; its arguments are "
+                # Python's own words: torchrl tries some arguments, and looks for them.
+                f"unexpected keyword argument {unknown[0]!r}; the arguments of an environment are "
                 f"{', '.join(known)}"
             )
         return cls(**arguments)

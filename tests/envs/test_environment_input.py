@@ -179,7 +179,7 @@ def test_a_saved_state_that_is_none_is_refused_and_changes_nothing(
 
 @pytest.mark.parametrize("maker", [PoweredWalkerEnv, PoweredWalkerVectorEnv])
 def test_an_argument_that_does_not_exist_is_named_with_those_that_do(maker: Any) -> None:
-    with pytest.raises(TypeError, match=r"no argument 'distrubance'.*disturbance"):
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'distrubance'.*disturbance"):
         maker(distrubance="light")
 
 

@@ -239,7 +239,7 @@ def test_objects_are_registered_as_json(new_id: str) -> None:
 
 BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"preset": "camp1998"}, ValueError, "got 'camp1998'"),
-    ({"presets": "camp1997"}, TypeError, "no argument 'presets'"),
+    ({"presets": "camp1997"}, TypeError, "unexpected keyword argument 'presets'"),
     ({"reward": lambda before, after, strides: 0.0}, ValueError, "reward must be importable"),
     ({"params": object()}, ValueError, "arguments must be JSON"),
     ({"effort_weight": float("nan")}, ValueError, "arguments must be JSON"),

@@ -40,6 +40,9 @@ def _pushed(reset: Reset) -> Cycle:
 class ToeOff:
     """A push just before heel strike.
 
+    Under a round foot the impulse acts at the contact point, along the trailing leg, as ankle
+    to hip has it (not through the foot's centre, nor along the floor's normal).
+
     Raises:
         ValueError: an impulse that is negative or not finite.
     """
