@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.strides import MANY, STARTS, Method, Problem, methods
 from benchmarks.timing import Array, Case, Section, Timing, measure
-from powered_walker_env.simulation.strides import LOOSEST, TIGHTEST
+from powered_walker_env.simulation.arguments import LOOSEST, TIGHTEST
 from powered_walker_env.tabular import aligned
 
 if TYPE_CHECKING:

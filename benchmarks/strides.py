@@ -32,7 +32,8 @@ from benchmarks.equations import (
 from powered_walker_env.model.powering import Control
 from powered_walker_env.model.presets import preset
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.simulation.strides import TIGHTEST, stride, stride_batch
+from powered_walker_env.simulation.arguments import TIGHTEST
+from powered_walker_env.simulation.strides import stride, stride_batch
 from powered_walker_env.simulation.threads import at_most, cores
 
 SPREAD = (0.003, 0.003, 0.01, 0.01)  # rad, rad/s: within the basins of the presets

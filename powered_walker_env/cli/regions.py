@@ -22,6 +22,7 @@ from powered_walker_env.cli.options import (
 )
 from powered_walker_env.cli.output import Progress, Report, add_out, figures, unfinished
 from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import (
     PARAMETERS,
     Basin,
@@ -33,7 +34,6 @@ from powered_walker_env.poincare import (
     stability_boundaries,
 )
 from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions.basins import FELL
 from powered_walker_env.poincare.regions.slices import COORDINATES, SLICES, slice_through
 from powered_walker_env.simulation.strides import Array

@@ -9,8 +9,8 @@ import numpy as np
 
 from powered_walker_env.envs.task import Task
 from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import find_gait
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regulator import Weights, regulate
 from powered_walker_env.simulation.strides import Array
 

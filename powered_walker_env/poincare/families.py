@@ -23,9 +23,7 @@ from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.maps import MapPoint, StrideMap
-from powered_walker_env.poincare.tolerances import SHORTEST_STRIDE as SHORTEST_STRIDE
-from powered_walker_env.simulation.derivatives import NUMBERS
-from powered_walker_env.simulation.derivatives import STATE_SIZE as STATE_SIZE
+from powered_walker_env.simulation.derivatives import NUMBERS, STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 Bounds = tuple[float, float]  # (low, high) of a parameter

@@ -21,8 +21,7 @@ from powered_walker_env.model.powering import (
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.fixed_points import newton as newton
-from powered_walker_env.poincare.fixed_points import refusal, relative_residuals, short
+from powered_walker_env.poincare.fixed_points import newton, refusal, relative_residuals, short
 from powered_walker_env.poincare.maps import StrideMap, switch_section
 from powered_walker_env.poincare.tolerances import LONGEST_PERIOD
 from powered_walker_env.simulation.strides import Array

@@ -21,15 +21,14 @@ from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Cycle, Outcome
 from powered_walker_env.model.powering import (
     AnyControl,
+    Policy,
     Scheme,
     as_policy,
     check_walkable,
     numbers_for,
     scheme_of,
 )
-from powered_walker_env.model.powering import Policy as Policy
-from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.model.state import natural_units as natural_units
+from powered_walker_env.model.state import PostStrikeState, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.tolerances import GAIT_RTOL
 from powered_walker_env.simulation import record

@@ -15,17 +15,12 @@ import numpy as np
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Equations,
-    Family,
-    OffCurveError,
-    check_parameter,
-)
+from powered_walker_env.poincare.families import Equations, Family, OffCurveError, check_parameter
 from powered_walker_env.poincare.fixed_points import refusal
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, find_gait
 from powered_walker_env.poincare.search import FEW_STARTS, find_gaits
 from powered_walker_env.poincare.tolerances import NEWTON_STEPS, RESIDUAL
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 OFF_BRANCH = 0.3  # more correction than this share of the first step: perhaps another branch

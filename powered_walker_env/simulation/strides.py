@@ -21,11 +21,8 @@ from powered_walker_env.model.powering import (
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
-from powered_walker_env.simulation.arguments import LOOSEST as LOOSEST
-from powered_walker_env.simulation.arguments import TIGHTEST as TIGHTEST
 from powered_walker_env.simulation.arguments import Array as Array
-from powered_walker_env.simulation.arguments import check_batch, check_heights, rows_of
-from powered_walker_env.simulation.arguments import check_rtol as check_rtol
+from powered_walker_env.simulation.arguments import check_batch, check_heights, check_rtol, rows_of
 from powered_walker_env.simulation.threads import run_in_slices
 
 NO_LOG = np.empty((0, record.LOG_COLUMNS))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, Outcome, find_gait, stride_batch
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import Gait, GaitNotFoundError, StrideMap
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regions import basins
 from powered_walker_env.poincare.regions.basins import FELL, WALKING, basin
 from powered_walker_env.poincare.regions.slices import (

@@ -9,8 +9,8 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, find_gait
 from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import Gait, StrideMap
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stability.robustness import gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import transition_times

@@ -19,13 +19,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Equations,
-    Family,
-    OffCurveError,
-)
+from powered_walker_env.poincare.families import Bounds, Equations, Family, OffCurveError
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 CORRECTIONS = 10  # Newton steps of a corrector before the step is called a failure

@@ -13,7 +13,7 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.arclength import (
     MAX_POINTS,
@@ -29,16 +29,10 @@ from powered_walker_env.poincare.branches.arclength import (
 from powered_walker_env.poincare.branches.continuation import continue_gait
 from powered_walker_env.poincare.branches.critical import Complex, Critical
 from powered_walker_env.poincare.branches.special_points import CRITICAL, SpecialKind, SpecialPoint
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Family,
-    family_within,
-    value_of,
-)
+from powered_walker_env.poincare.families import Bounds, Family, family_within, value_of
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
-from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.poincare.work.pieces import RunOptions, run_pieces
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 BULGE = 0.05  # of a chord's length, that the curve may lie beside it: it turns 0.2 rad at most

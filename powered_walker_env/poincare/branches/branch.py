@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.arclength import CurveEnd, Solution
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
 from powered_walker_env.poincare.families import Bounds, Family
-from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, newton
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.fixed_points import newton
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.simulation.strides import Array
 
 

@@ -17,18 +17,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import brentq
 
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Equations,
-    Family,
-    OffCurveError,
-    value_of,
-)
-from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, newton
-from powered_walker_env.poincare.maps import natural_units
+from powered_walker_env.poincare.families import Bounds, Equations, Family, OffCurveError, value_of
+from powered_walker_env.poincare.fixed_points import newton
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 DELTA = 4.669201609102991  # Feigenbaum's: the ratio of successive intervals tends to it

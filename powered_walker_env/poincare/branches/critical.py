@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.poincare.branches.special_points import SpecialKind
-from powered_walker_env.poincare.families import STATE_SIZE, Equations, Family
+from powered_walker_env.poincare.families import Equations, Family
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 DIFFERENCE = 1e-4  # natural units: of the exact Jacobian, along the critical vector

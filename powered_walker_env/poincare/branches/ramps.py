@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.starts import RAMP_RTOL, changed, starts_along
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_chains
-from powered_walker_env.simulation.strides import Array, check_rtol
+from powered_walker_env.simulation.arguments import check_rtol
+from powered_walker_env.simulation.strides import Array
 
 NO_START = -1  # in `outcome`: nothing stable was found to begin with
 LINK = 8  # values of a link: the work lost by an interruption

@@ -14,14 +14,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.continuation import continue_gait
 from powered_walker_env.poincare.families import numbers_of, replaced, value_of
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import Policy, StrideMap
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.search import FEW_STARTS, find_gaits
 from powered_walker_env.simulation.derivatives import PARAMETERS
 from powered_walker_env.simulation.strides import Array

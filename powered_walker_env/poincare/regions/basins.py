@@ -16,15 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.starts import stable_gait
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.slices import Slice, slice_through, starts_of
 from powered_walker_env.poincare.stability.trapping import Trap, traps_of
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
-from powered_walker_env.simulation.strides import Array, check_rtol
+from powered_walker_env.simulation.arguments import check_rtol
+from powered_walker_env.simulation.strides import Array
 
 FELL, WALKING = -2, -1  # in `attractor`, besides the gaits' numbers
 LONGEST_PERIOD = 8  # looked for in walkers that no gait of the list attracts

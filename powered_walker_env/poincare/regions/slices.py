@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powered_walker_env.model.checks import real_number, require
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.presets import PRESETS
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.simulation.strides import Array
 
 COORDINATES = PostStrikeState._fields

@@ -29,8 +29,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait, find_gait
-from powered_walker_env.poincare.maps import StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.basins import FATE_RTOL
 from powered_walker_env.poincare.regions.slices import Slice, starts_of
 from powered_walker_env.poincare.regulator import Regulator, regulate

@@ -14,10 +14,9 @@ import numpy as np
 import scipy.stats
 
 from powered_walker_env.model.checks import real_number
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
-from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.poincare.regions.basins import Basin, basin, gaits_of
 from powered_walker_env.poincare.regions.slices import (
     COORDINATES,
