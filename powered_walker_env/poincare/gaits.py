@@ -23,14 +23,14 @@ from powered_walker_env.model.state import PostStrikeState, check_state, natural
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.fixed_points import newton, refusal, relative_residuals, short
 from powered_walker_env.poincare.maps import StrideMap, switch_section
-from powered_walker_env.poincare.tolerances import LONGEST_PERIOD
+from powered_walker_env.poincare.tolerances import LONGEST_PERIOD, SETTLING
 from powered_walker_env.simulation.strides import Array
 
 SECTIONS = ("switch", "post-strike")
 RANDOM_STARTS = 512  # states tried when no guess is given
 NEAREST = 12  # of them, the nearest to periodic ones, from which Newton starts
 NUDGE = np.array([0.0, 0.0, 1e-4, 1e-4])  # natural units: a push off a gait of a shorter period
-SETTLING, LONGEST_WALK = 400, 20_000  # strides, for each of the period and at most, of that walk
+LONGEST_WALK = 20_000  # strides of that walk, however long the period
 
 
 class GaitNotFoundError(ValueError):

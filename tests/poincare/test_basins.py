@@ -275,6 +275,12 @@ def test_bad_basins_are_refused() -> None:
         basin(PARAMS, CONTROL, [1.0, 2.0], gaits=[])
     with pytest.raises(ValueError, match="strides must be at least 1, got 0"):
         basin(PARAMS, CONTROL, [STATE], strides=0, gaits=[])
+    with pytest.raises(TypeError, match="strides must be a whole number"):
+        basin(PARAMS, CONTROL, [STATE], strides=1.5, gaits=[])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="samples must be at least 1, got 0"):
+        basin_volume(PARAMS, CONTROL, samples=0, gaits=[])
+    with pytest.raises(ValueError, match=r"confidence must lie in \(0, 1\), got 1"):
+        basin_volume(PARAMS, CONTROL, confidence=1.0, gaits=[])
     unstable = find_gait(PARAMS, Control(2.8625, 738.0), STATE)
     with pytest.raises(ValueError, match="gait must be stable"):
         basin(PARAMS, CONTROL, [STATE], gaits=[unstable])

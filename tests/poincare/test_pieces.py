@@ -165,7 +165,7 @@ def test_bad_options_are_refused() -> None:
         run_pieces(fail_at_two, [1], address="tcp://10.0.0.1:8786")
     with pytest.raises(ValueError, match="jobs must be at least 1, got 0"):
         run_pieces(fail_at_two, [1], jobs=0)
-    with pytest.raises(ValueError, match="retries must not be negative, got -1"):
+    with pytest.raises(ValueError, match="retries must be at least 0, got -1"):
         run_pieces(fail_at_two, [1], retries=-1)
 
 

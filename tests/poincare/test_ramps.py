@@ -162,6 +162,9 @@ def test_bad_ramps_are_refused() -> None:
         bifurcation_diagram(params, control, "colour", [1.0], state=state)
     with pytest.raises(ValueError, match="'stall_torque' is no number of a constant control, got"):
         changed(params, None, "stall_torque", 1.0)
-    with pytest.raises(ValueError, match="keep at least 2, got 200 and 1"):
-        bifurcation_diagram(params, control, "slope", [0.0], state=state, keep=1)
+    for name, least in (("keep", 2), ("transient", 0)):
+        for given, kind, need in ((least - 1, ValueError, f"be at least {least}, got {least - 1}"),
+                                  (2.5, TypeError, "be a whole number, got 2.5")):  # fmt: skip
+            with pytest.raises(kind, match=f"{name} must {need}"):
+                bifurcation_diagram(params, control, "slope", [0.0], state=state, **{name: given})
     assert changed(params, Control(3.0, 1.0), "switch_angle", 2.5)[1] == Control(2.5, 1.0)

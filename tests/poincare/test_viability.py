@@ -128,8 +128,15 @@ def test_the_regulator_is_linear_within_bounds_and_knows_its_derivative() -> Non
 def test_bad_searches_are_refused() -> None:
     with pytest.raises(ValueError, match="half_range must be 2 positive numbers"):
         viable_states(GAIT, (0.1, 0.0), STARTS)
-    with pytest.raises(ValueError, match="grid must be at least 2 by 2"):
+    with pytest.raises(ValueError, match="grid must be at least 2, got 1"):
         viable_states(GAIT, REACH, STARTS, grid=(1, 5))
+    with pytest.raises(ValueError, match=r"grid must be one count or 2, got \(5,\)"):
+        viable_states(GAIT, REACH, STARTS, grid=(5,))
+    for name in ("grid", "depth", "width"):
+        with pytest.raises(ValueError, match=f"{name} must be at least"):
+            viable_states(GAIT, REACH, STARTS, **{name: 0})  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=f"{name} must be a whole number, got 4.5"):
+            viable_states(GAIT, REACH, STARTS, **{name: 4.5})  # type: ignore[arg-type]
     params, _, state, _ = PRESETS["camp1997-as-published"]
     start = StrideMap(params, Control(2.8625, 738.0), 1e-9)(np.array([state]) + 1e-3, 200)[0]
     double = find_gait(params, Control(2.8625, 738.0), start.tolist(), period=2)

@@ -19,6 +19,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.optimize import brentq
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.poincare.families import Bounds, Equations, Family, OffCurveError
 from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
@@ -97,12 +98,11 @@ def window_of(
     """
     if not 0.0 < (longest := LONGEST_STEP if step is None else float(step)) <= 1.0:
         raise ValueError(f"step must lie in (0, 1], a share of the bounds' width, got {step!r}")
-    if max_points < 1:
-        raise ValueError(f"max_points must be at least 1, got {max_points!r}")
+    most = whole_number("max_points", max_points, 1)
     scaled = np.array(bounds) / family.scales[:, np.newaxis]
     state, more = np.full(STATE_SIZE, np.inf), np.full(unbounded, np.inf)
     low, high = [-state, scaled[:, 0], -more], [state, scaled[:, 1], more]
-    return Window(np.concatenate(low), np.concatenate(high), longest, max_points)
+    return Window(np.concatenate(low), np.concatenate(high), longest, most)
 
 
 Stop = Callable[[Solution, Solution], tuple[CurveEnd, Solution | None] | None]

@@ -14,20 +14,20 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.checks import real_number
+from powered_walker_env.model.checks import real_number, whole_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.branches.starts import RAMP_RTOL, changed, starts_along
+from powered_walker_env.poincare.branches.starts import changed, starts_along
 from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import RAMP_RTOL, SAME_STATE
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_chains
 from powered_walker_env.simulation.arguments import check_rtol
 from powered_walker_env.simulation.strides import Array
 
 NO_START = -1  # in `outcome`: nothing stable was found to begin with
 LINK = 8  # values of a link: the work lost by an interruption
-SAME_STATE = 1e-6  # natural units within which a kept state has come back
 SUDDEN = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
 
 
@@ -127,15 +127,13 @@ def bifurcation_diagram(
     Raises:
         ValueError: an unknown parameter, or one that the walker has no use for; values
             that do not ascend.
+        TypeError: strides that are no whole number.
     """
     points = np.atleast_1d(np.asarray(values, np.float64))
     rising = points.ndim == 1 and len(points) > 0 and bool((np.diff(points) > 0).all())
     if not (rising and np.isfinite(points).all()):
         raise ValueError(f"values must be a list of ascending numbers, got {values!r}")
-    if transient < 0 or keep < 2:
-        raise ValueError(
-            f"transient must be at least 0 and keep at least 2, got {transient!r} and {keep!r}"
-        )
+    transient, keep = whole_number("transient", transient, 0), whole_number("keep", keep, 2)
     rtol = check_rtol(real_number("rtol", rtol))
     for end in (points[0], points[-1]):
         changed(params, control, parameter, float(end))

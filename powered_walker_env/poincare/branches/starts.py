@@ -23,11 +23,11 @@ from powered_walker_env.poincare.families import numbers_of, replaced, value_of
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.search import FEW_STARTS, find_gaits
+from powered_walker_env.poincare.tolerances import RAMP_RTOL
 from powered_walker_env.simulation.derivatives import PARAMETERS
 from powered_walker_env.simulation.strides import Array
 
-RAMP_RTOL = 1e-9  # of strides walked on and on: what they settle on forgets their errors
-SETTLING = 50  # strides walked at each value on the way to the next
+ON_THE_WAY = 50  # strides walked at each value on the way to the next
 WAY = 64  # values on the way from a gait to a range that lies apart from it
 KICK = 1e-3  # of a state: off an unstable gait, on which it would stay for long
 
@@ -101,7 +101,7 @@ def starts_along(
 
     def walked(value: float, start: Array) -> Array:
         walker = StrideMap(*changed(params, control, parameter, value), RAMP_RTOL)
-        return walker(start[np.newaxis], SETTLING)[0]
+        return walker(start[np.newaxis], ON_THE_WAY)[0]
 
     own = value_of(params, control, parameter)
     starts, seed = np.full((len(values), 4), np.nan), None

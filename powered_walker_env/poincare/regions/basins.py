@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.checks import real_number
+from powered_walker_env.model.checks import real_number, whole_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import natural_units
@@ -24,15 +24,14 @@ from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.slices import Slice, slice_through, starts_of
 from powered_walker_env.poincare.stability.trapping import Trap, traps_of
+from powered_walker_env.poincare.tolerances import FATE_RTOL, NEARLY_BACK
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
 from powered_walker_env.simulation.arguments import check_rtol
 from powered_walker_env.simulation.strides import Array
 
 FELL, WALKING = -2, -1  # in `attractor`, besides the gaits' numbers
-LONGEST_PERIOD = 8  # looked for in walkers that no gait of the list attracts
-NEARLY_BACK = 1e-4  # natural units within which a walker has come back, settled or not quite
+LONGEST_CYCLE = 8  # strides, looked for in walkers that no gait of the list attracts
 ROWS = 2000  # starts of a piece
-FATE_RTOL = 1e-8  # of strides of which it is asked where they lead, not their digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +98,10 @@ def basin(
     Raises:
         ValueError: an unstable gait in the list, states of a wrong shape, a tolerance out
             of bounds.
+        TypeError: strides that are no whole number.
         GaitNotFoundError: no grid, and no gait to put one around.
     """
-    if strides < 1:
-        raise ValueError(f"strides must be at least 1, got {strides!r}")
+    strides = whole_number("strides", strides, 1)
     rtol = check_rtol(real_number("rtol", rtol))
     known = gaits_of(params, control, gaits)
     if grid is None:
@@ -145,7 +144,7 @@ def fate(work: _Work) -> tuple[NDArray[np.int64], ...]:
             rows, states, recent = rows[keep], states[keep], [old[keep] for old in recent]
         if k == limit or not len(rows):
             break
-        recent = [*recent[-LONGEST_PERIOD + 1 :], states]
+        recent = [*recent[-LONGEST_CYCLE + 1 :], states]
         batch = stride_map.strides(states)
         fell = rows[~batch.walked]
         walked[fell], attractor[fell] = k, FELL

@@ -28,14 +28,15 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait, find_gait
 from powered_walker_env.poincare.maps import StrideMap
-from powered_walker_env.poincare.regions.basins import FATE_RTOL
 from powered_walker_env.poincare.regions.slices import Slice, starts_of
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.stability.trapping import Trap, trap_around
+from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
 from powered_walker_env.simulation.strides import Array, run_batch
 
@@ -91,14 +92,11 @@ def viable_states(
         run: where it runs, see `run_pieces`.
 
     Raises:
-        ValueError: bad bounds; a regulated gait that is not stable.
+        ValueError: bad bounds or counts; a regulated gait that is not stable.
+        TypeError: counts that are no whole numbers.
     """
-    counts = (grid,) * len(half_range) if isinstance(grid, int) else tuple(grid)
-    if len(counts) != len(half_range) or min(counts, default=0) < 2 or depth < 1 or width < 1:
-        raise ValueError(
-            f"grid must be at least {' by '.join('2' for _ in half_range)}, depth and width at "
-            f"least 1, got {grid!r}, {depth!r}, {width!r}"
-        )
+    counts = _counts(grid, len(half_range))
+    depth, width = whole_number("depth", depth, 1), whole_number("width", width, 1)
     starts, regulator = starts_of(states), regulate(gait, half_range)
     trap = trap_around(find_gait(gait.params, regulator, gait.state))
     corners = [
@@ -113,6 +111,14 @@ def viable_states(
     ]
     found = [np.concatenate(parts) for parts in zip(*run_pieces(search, work, **run), strict=True)]
     return Viability(gait, regulator.low, regulator.high, counts, depth, width, starts, *found)
+
+
+def _counts(grid: int | Sequence[int], numbers: int) -> tuple[int, ...]:
+    """How many values of each number of the control are tried."""
+    given = tuple(grid) if isinstance(grid, Sequence | np.ndarray) else (grid,) * numbers
+    if len(given) != numbers:
+        raise ValueError(f"grid must be one count or {numbers}, got {grid!r}")
+    return tuple(whole_number("grid", count, 2) for count in given)
 
 
 class _Work(NamedTuple):

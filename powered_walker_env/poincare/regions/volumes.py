@@ -13,7 +13,7 @@ from typing import Unpack
 import numpy as np
 import scipy.stats
 
-from powered_walker_env.model.checks import real_number
+from powered_walker_env.model.checks import real_number, require, whole_number
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
@@ -86,10 +86,8 @@ def basin_volume(
         ValueError: corners that do not rise or of a wrong length; as `basin`.
         GaitNotFoundError: no box, and no gait to put one around.
     """
-    if not (samples >= 1 and 0 < confidence < 1):
-        raise ValueError(
-            f"samples must be at least 1 and confidence in (0, 1), got {samples!r}, {confidence!r}"
-        )
+    samples = whole_number("samples", samples, 1)
+    require(0 < confidence < 1, "confidence", "lie in (0, 1)", confidence)
     known = gaits_of(params, control, gaits)
     names, bottom, top = _box(params, control, low, high, known)
     starts = np.zeros((samples, len(COORDINATES)))

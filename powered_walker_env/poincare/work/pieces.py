@@ -17,6 +17,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Generic, TypedDict, TypeVar, Unpack
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.poincare.work.checkpoint import Checkpoint
 from powered_walker_env.poincare.work.executors import BACKENDS, Executor, executor, lost_worker
 from powered_walker_env.simulation.threads import at_most
@@ -137,10 +138,9 @@ def _check(backend: str, address: str | None, jobs: int | None, retries: int) ->
             f"address must be left out for {backend!r}, which runs on this machine, got "
             f"{address!r}; pass backend='dask' or 'ray' for a cluster"
         )
-    if jobs is not None and jobs < 1:
-        raise ValueError(f"jobs must be at least 1, got {jobs!r}")
-    if retries < 0:
-        raise ValueError(f"retries must not be negative, got {retries!r}")
+    if jobs is not None:
+        whole_number("jobs", jobs, 1)
+    whole_number("retries", retries, 0)
 
 
 class _Work:
