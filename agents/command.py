@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ import gymnasium as gym
 import yaml
 
 from powered_walker_env import ENVIRONMENTS, GaitNotFoundError
+from powered_walker_env.signals import STOPPING, stop_signals
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
@@ -44,27 +44,12 @@ def exit_status(command: Callable[[], None]) -> int:
 
 
 @contextlib.contextmanager
-def stop_signals(handler: Callable[[int, FrameType | None], Any]) -> Iterator[None]:
-    """Ctrl-C and SIGTERM go to a handler (in the main thread; others get no signals)."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.signal(number, handler) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, previous in before.items():
-            signal.signal(number, previous)
-
-
-@contextlib.contextmanager
 def polite_stop(request: Callable[[], None]) -> Iterator[None]:
     """Ctrl-C (or SIGTERM) asks once, and interrupts the second time."""
 
     def handle(number: int, frame: FrameType | None) -> None:
         request()
-        for again in (signal.SIGINT, signal.SIGTERM):
+        for again in STOPPING:
             signal.signal(again, signal.default_int_handler)
         print("\nstopping after this rollout; again to stop at once", file=sys.stderr)
 

@@ -15,19 +15,18 @@ import multiprocessing
 import os
 import signal
 import sys
-import threading
 import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from powered_walker_env.cli.output import PictureError, Report, check_out, finite, put_out
 from powered_walker_env.poincare import GaitNotFoundError, LostWorkersError
+from powered_walker_env.signals import stop_signals
 
 NOT_FOUND, USER_ERROR, FAULT = 1, 2, 3
 BY_SIGNAL = 128  # and the number of the signal, as shells have it
 PIPE_CLOSED = BY_SIGNAL + 13
 EXPECTED = (ValueError, TypeError, ImportError, OSError, LostWorkersError, PictureError)
-STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
 
 SIGNS = {"–": "-", "−": "-", "°": " deg", "·": " ", "√": "sqrt", "≥": ">=", "≤": "<=", "→": "->"}
 
@@ -103,9 +102,6 @@ def _abandon(status: int) -> int:
 @contextlib.contextmanager
 def _stoppable() -> Iterator[None]:
     """Ctrl-C and SIGTERM stop the command; a second one ends everything at once."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals come to the main thread only
-        return
     stopping = False
 
     def stop(number: int, frame: Any) -> None:
@@ -117,12 +113,8 @@ def _stoppable() -> Iterator[None]:
         stopping = True
         raise _Stopped(number)
 
-    before = {number: signal.signal(number, stop) for number in STOPPING}
-    try:
+    with stop_signals(stop):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def say_anything() -> None:

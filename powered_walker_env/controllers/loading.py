@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import warnings
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from powered_walker_env.controllers.controller import Controller, OpenLoop, as_controller
 from powered_walker_env.controllers.lqr import LQR
 from powered_walker_env.controllers.network import load_network
+from powered_walker_env.envs.paths import imported
 from powered_walker_env.envs.task import Task
 
 OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
@@ -44,20 +44,15 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
     if source == LQR_NAME:
         return "LQR", LQR(task)
     if re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*", str(source)):
-        return str(source), _imported(str(source))
+        return str(source), _controller_at(str(source))
     return _saved(Path(source), task, env_id)
 
 
-def _imported(source: str) -> Controller:
-    """The controller `module:name`; importing a module runs it."""
-    module, _, names = source.partition(":")
+def _controller_at(source: str) -> Controller:
     try:
-        found: Any = importlib.import_module(module)
-        for name in names.split("."):
-            found = getattr(found, name)
-    except (ImportError, AttributeError) as error:
-        raise ImportError(f"the controller {source!r} cannot be imported: {error}") from error
-    return as_controller(found)
+        return as_controller(imported(source))
+    except ImportError as error:
+        raise ImportError(f"the controller {error}") from error
 
 
 def _saved(path: Path, task: Task, env_id: str | None) -> tuple[str, Controller]:

@@ -6,7 +6,6 @@ A new formula is a name in `REWARDS`, with its words, and a line of `stability_r
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.compiled.decorators import internal, rare
+from powered_walker_env.envs.paths import imported
 from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.simulation.record import POSITIVE_WORK, STEP_LENGTH
 from powered_walker_env.simulation.strides import Array, StrideBatch
@@ -49,7 +49,7 @@ def reward_of(choice: Any) -> str | Reward:
     if isinstance(choice, str) and choice in REWARDS:
         return choice
     if isinstance(choice, str) and ":" in choice:
-        return _imported(choice)
+        return _function_at(choice)
     raise ValueError(
         f"reward must be one of {', '.join(REWARDS)}, a function of (before, after, strides) or "
         f"its path 'module:function', got {choice!r}"
@@ -64,7 +64,7 @@ def path_of(function: Reward) -> str:
     """
     path = f"{function.__module__}:{getattr(function, '__qualname__', function)}"
     try:
-        found: Any = _imported(path)
+        found: Any = _function_at(path)
     except ValueError:
         found = None
     if found is not function:
@@ -90,14 +90,11 @@ def own_rewards(function: Reward, before: Array, after: Array, strides: StrideBa
     return given
 
 
-def _imported(path: str) -> Reward:
-    module, _, name = path.partition(":")
+def _function_at(path: str) -> Reward:
     try:
-        found: Any = importlib.import_module(module)
-        for part in name.split("."):
-            found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"reward must lead to a function, got {path!r}: {error}") from error
+        found = imported(path)
+    except ImportError as error:
+        raise ValueError(f"reward must lead to a function, got {path!r}: {error.__cause__}") from error
     if not callable(found):
         raise ValueError(f"reward must lead to a function, got {path!r}, which is {found!r}")
     function: Reward = found

@@ -30,7 +30,7 @@ SECTIONS = ("switch", "post-strike")
 RANDOM_STARTS = 512  # states tried when no guess is given
 NEAREST = 12  # of them, the nearest to periodic ones, from which Newton starts
 NUDGE = np.array([0.0, 0.0, 1e-4, 1e-4])  # natural units: a push off a gait of a shorter period
-LONGEST_WALK = 20_000  # strides of that walk, however long the period
+LONGEST_WALK = 20_000  # strides of the walk from there, however long the period
 
 
 class GaitNotFoundError(ValueError):
