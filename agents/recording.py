@@ -15,10 +15,6 @@ from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s
-FPS = 20  # a GIF counts in hundredths of a second
-FRAME_SIZE = (560, 240)  # px, of one walker
-GIF_COLOURS = 64
-LABEL_AT, LABEL_SIZE, LABEL_COLOUR = (9, 34), 20, "#1f6f8b"  # below the count of strides
 
 
 def record(

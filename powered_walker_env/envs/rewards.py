@@ -94,7 +94,9 @@ def _function_at(path: str) -> Reward:
     try:
         found = imported(path)
     except ImportError as error:
-        raise ValueError(f"reward must lead to a function, got {path!r}: {error.__cause__}") from error
+        raise ValueError(
+            f"reward must lead to a function, got {path!r}: {error.__cause__}"
+        ) from error
     if not callable(found):
         raise ValueError(f"reward must lead to a function, got {path!r}, which is {found!r}")
     function: Reward = found
