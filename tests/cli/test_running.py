@@ -7,8 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -231,11 +230,25 @@ def test_a_folder_that_takes_no_files_is_found_out_before_the_work(
 
 
 def test_a_stopped_reproduction_leaves_no_folder(tmp_path: Path) -> None:
+    """Stopped while its figures are being written, after the studies."""
+    saving = """
+import sys, time
+from powered_walker_env.cli import main
+from powered_walker_env.literature import figures
+from powered_walker_env.pictures import charts
+def save(*_):
+    print("saving", flush=True); time.sleep(60)
+figures._studied = lambda *_: ({}, {"figure": None})
+charts.save_drawing = save
+sys.exit(main())
+"""
     process = subprocess.Popen(
-        [sys.executable, "-c", CODE, "reproduce", "--out", str(tmp_path / "again")],
-        stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-c", saving, "reproduce", "--out", str(tmp_path / "again")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    _wait_for(lambda: [*tmp_path.glob(".again.*.part")])
+    assert process.stdout is not None
+    assert process.stdout.readline() == "saving\n"
+    assert [file.name for file in tmp_path.iterdir()] == [".again.part"]
     process.terminate()
     _, error = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGTERM
@@ -266,12 +279,3 @@ main(["walk"])
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=30) == 128 + signal.SIGINT
     process.stdout.close()
-
-
-def _wait_for(happened: Callable[[], object], seconds: float = 120.0) -> None:
-    """Until it happens; a bound, not a measurement."""
-    end = time.monotonic() + seconds
-    while not happened():
-        if time.monotonic() > end:
-            pytest.fail("it did not happen")
-        time.sleep(0.05)
