@@ -9,8 +9,6 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-import numpy as np
-
 from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import (
     LANES,
@@ -156,7 +154,7 @@ def suspicions(s, w, pose, pose_new, good):
     ahead = bits(ahead & (load(s.scuffed, 0) == 0.0))
     for guard in range(1, beyond):
         active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
-        suspected = np.int64(0)
+        suspected = 0
         if active:
             doubt = may_fall_through(
                 load(s.value, guard), load(s.rate, guard),

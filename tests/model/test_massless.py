@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from powered_walker_env.model.mechanics.swing import accelerations, energy
 
 from powered_walker_env import (
     PRESETS,
@@ -27,7 +28,6 @@ from powered_walker_env import (
 from powered_walker_env.literature.values.published import load
 from powered_walker_env.model.mechanics.constants import PACKED, pack
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
-from powered_walker_env.model.mechanics.swing import accelerations, energy
 from powered_walker_env.model.powering import PASSIVE_WALKER, scheme_of
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
 from powered_walker_env.poincare import SpecialKind

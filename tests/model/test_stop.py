@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from powered_walker_env.model.mechanics.stop import caught, stance_momenta, stop
 
 from powered_walker_env import PRESETS, Control, WalkerParams, stride
 from powered_walker_env.model.mechanics import actuation
-from powered_walker_env.model.mechanics.stop import caught, stance_momenta, stop
 from powered_walker_env.model.phases import Outcome, Torque
 from powered_walker_env.model.powering import StoppedControl
 from powered_walker_env.simulation.trajectory import log_stride

@@ -151,7 +151,7 @@ def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
 @pytest.mark.slow  # a timing: quiet machines only
 def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones() -> None:
     params, control, state, _ = PRESETS["camp1997"]
-    count, rtol, changes = 200, 1e-9, directions()
+    count, rtol, changes = 200, 1e-9, directions(MOTOR)
     starts = np.tile(np.array(state), (count, 1))
     controls = np.tile(MOTOR.row(control), (count, 1))
     arguments = (MOTOR.cycle, starts, controls, pack(params)[np.newaxis])
