@@ -32,7 +32,7 @@ from tests.helpers.derivation import Array
 from tests.helpers.published import PASSIVE_GAITS, TOE_OFF_GAITS
 from tests.helpers.samples import POWERED
 from tests.model.test_push_off import simplest
-from tests.model.test_stop import WALKS, Walk
+from tests.model.test_locking import WALKS, Walk
 
 DIRECTIONS = 6 + PACKED - 1  # state 4, control 2, and the numbers of a packed walker
 EVERY = np.eye(DIRECTIONS, 6 + PACKED)
