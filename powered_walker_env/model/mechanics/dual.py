@@ -18,6 +18,8 @@ class Dual(NamedTuple):
     value: Any
     tangent: Any
 
+    __array_ufunc__ = None  # numpy's arrays leave what they have to do with it to it
+
     def __add__(self, other: Any) -> Dual:  # type: ignore[override]
         value, tangent = _parts(other)
         return Dual(self.value + value, self.tangent + tangent)
