@@ -45,9 +45,9 @@ from powered_walker_env.model.mechanics.push_off import push_off
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
 from powered_walker_env.model.phases import Guard
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
-from tests.compiled.test_lanes import block_of
 from tests.helpers.derivation import Array
 from tests.helpers.differences import central
+from tests.helpers.lanes import block_of
 from tests.helpers.samples import pose, random_motion, random_walker, sprung, state_of
 
 GUARDS = len(Guard)
