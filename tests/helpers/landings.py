@@ -25,5 +25,5 @@ def together(rtol: float) -> float:
 
 
 def clear_of_together(final: Array, params: WalkerParams, rtol: float) -> Array:
-    """(N,) whether landings at these poses are landings at this tolerance, too."""
-    return np.asarray(room_ahead(final, params) > together(rtol) + 10.0 * rtol)
+    """(N,) whether landings at these poses, which are known to `rtol`, are landings at it, too."""
+    return np.asarray(room_ahead(final, params) > together(rtol) + rtol)
