@@ -16,9 +16,9 @@ from powered_walker_env.compiled.lanes import (
     LANES,
     bits,
     blend,
-    dual_state,
     load,
     load_state,
+    mask_of,
     store,
     where,
 )
@@ -34,7 +34,15 @@ from powered_walker_env.model.mechanics.guards import (
 from powered_walker_env.model.mechanics.guards import SWITCH_ANGLE as SWITCH
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import GUARDS, acting, moving_aims, moving_drive, posed
+from powered_walker_env.simulation.lockstep import (
+    GUARDS,
+    acting,
+    moving,
+    moving_aims,
+    moving_drive,
+    pose_here,
+    posed,
+)
 from powered_walker_env.simulation.runge_kutta import (
     chain_duals,
     chain_lanes,
@@ -45,6 +53,7 @@ from powered_walker_env.simulation.runge_kutta import (
 BISECTIONS = 60  # enough to close any bracket in double precision
 NEWTON_STEPS = 4  # on a cubic, from inside its bracket
 TRIES = 8  # steps towards one event
+EVERY_LANE = (1 << LANES) - 1
 NOWHERE = 2.0  # a fraction of the step past its end
 ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
 
@@ -56,9 +65,9 @@ def still(w):
 
 
 @small
-def moving_pose(w, y, moved):
-    """The pose at y, its tangents the rates of change."""
-    return posed(dual_state(y, moved), load(w.free, 0) > 0.0, still(w))
+def along(w, pose, moved):
+    """A pose with the rates of change as its tangents; moved: the flow of the chain's state."""
+    return moving(pose, moved, load(w.free, 0) > 0.0, 0.0 * moved[0])
 
 
 @internal
@@ -93,17 +102,25 @@ def watch_falls(s, w, pose, every):
     Args:
         pose: moving, at the ends; every: a mask that holds.
     """
-    before = moving_pose(w, load_state(w.y, 0), load_state(w.flows, 0))
+    before = along(w, pose_here(w), load_state(w.flows, 0))
     watch(s, w, FIRST_FALL, GUARDS, before, every, s.value, s.rate)
     watch(s, w, FIRST_FALL, GUARDS, pose, every, s.value_new, s.rate_new)
 
 
 @internal
-def landing_lanes(w, batch, pose):
-    """Lanes, as bits, in which a touch of the floor at a moving pose is a landing."""
-    c = still(w)
-    rate = last_factor(pose, c).tangent
-    return bits(lands(load(w.free, 0) == 0.0, pose, rate, batch.together, c))
+def landing_lanes(w, batch, pose, rate):
+    """Lanes, as bits, in which a touch of the floor at a moving pose is a landing.
+
+    Args:
+        rate: of the clearance's last factor, 1/s.
+    """
+    return bits(lands(load(w.free, 0) == 0.0, pose, rate, batch.together, still(w)))
+
+
+@small
+def factor_rate(w, pose):
+    """The rate of the clearance's last factor at a moving pose, 1/s."""
+    return last_factor(pose, still(w)).tangent
 
 
 @internal
@@ -137,10 +154,10 @@ def suspicions(s, w, pose, pose_new, good):
         beyond = GUARDS
     ahead = (apart(pose) > 0.0) | (apart(pose_new) > 0.0)
     ahead = bits(ahead & (load(s.scuffed, 0) == 0.0))
-    for guard in range(1, GUARDS):
+    for guard in range(1, beyond):
         active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
         suspected = np.int64(0)
-        if active and guard < beyond:
+        if active:
             doubt = may_fall_through(
                 load(s.value, guard), load(s.rate, guard),
                 load(s.value_new, guard), load(s.rate_new, guard), h,
@@ -150,11 +167,13 @@ def suspicions(s, w, pose, pose_new, good):
                 suspected &= ahead
         s.suspected[guard, 0] = suspected
         found |= suspected
+    for guard in range(beyond, GUARDS):
+        s.suspected[guard, 0] = 0.0
     return found
 
 
 @once
-def over_at_once(s, batch, landed):
+def over_at_once(s, w, batch, pose):
     """Lanes, as bits, whose phase is over as it begins; notes why in s.ending.
 
     A hip already past the switch and closing starts the motor at once, a stop with
@@ -163,25 +182,35 @@ def over_at_once(s, batch, landed):
     ground ahead before the stride begins is no landing.
 
     Args:
-        landed: lanes (bits) where touching the floor is a landing, but for its direction.
+        pose: moving.
     """
     switching = (load(s.active, SWITCH) > 0.0) & (load(s.rate, SWITCH) < 0.0)
     switched = bits(switching & (load(s.value, SWITCH) <= 0.0))
     loose = bits((load(s.active, RELEASE) > 0.0) & (load(s.value, RELEASE) <= 0.0))
     first = (load(s.phases, 0) == 1.0) & (load(s.active, LANDING) > 0.0)
-    touching = bits(first & (abs(load(s.value, LANDING)) <= batch.rtol)) & landed
+    touching = bits(first & (abs(load(s.value, LANDING)) <= batch.rtol))
+    if touching:
+        touching &= landing_lanes(w, batch, pose, -1.0)
     over = switched | loose | touching
-    for guard in range(FIRST_FALL, GUARDS):
-        over |= bits((load(s.active, guard) > 0.0) & (load(s.value, guard) <= 0.0))
     for lane in range(LANES):
         if over >> lane & 1:
             s.ending[0, lane] = SWITCH if switched >> lane & 1 else RELEASE
             if touching >> lane & 1:
                 s.ending[0, lane] = -1 - ALREADY_LANDED
-            for guard in range(GUARDS - 1, FIRST_FALL - 1, -1):
-                if s.active[guard, lane] > 0.0 and s.value[guard, lane] <= 0.0:
-                    s.ending[0, lane] = guard
-    return over
+    return over | _down(s, w, pose)
+
+
+@internal
+def _down(s, w, pose):
+    """Lanes, as bits, that are down as a phase begins; notes the fall in s.ending."""
+    h = 0.0 * load(s.h, 0)
+    down = ~bits(nearest_fall(load(w.free, 0) == 0.0, pose, h, still(w)) > 0.0) & EVERY_LANE
+    if down:
+        watch(s, w, FIRST_FALL, GUARDS, pose, h == h, s.value, s.rate)
+        for guard in range(GUARDS - 1, FIRST_FALL - 1, -1):
+            fallen = (load(s.active, guard) > 0.0) & (load(s.value, guard) <= 0.0)
+            blend(s.ending, 0, fallen & mask_of(down), 1.0 * guard)
+    return down
 
 
 @once
@@ -212,10 +241,10 @@ def _guard_inside(s, w, batch, lane, guard, fraction):
     moved = y[3], y[4], y[5], none, none, none
     if guard == RELEASE:  # the only one that looks at accelerations
         moved = flow(y, acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
-    pose = moving_pose(w, y, moved)
+    pose = along(w, posed(y, load(w.free, 0) > 0.0, constants_lanes(w.constants)), moved)
     found = guard_along(s, w, guard, pose)
     up, rising = bits(found.value > 0.0) >> lane & 1, bits(found.tangent > 0.0) >> lane & 1
-    return up, rising, landing_lanes(w, batch, pose) >> lane & 1
+    return up, rising, landing_lanes(w, batch, pose, factor_rate(w, pose)) >> lane & 1
 
 
 @rare

@@ -11,22 +11,23 @@ import math
 import numpy as np
 
 from powered_walker_env.compiled.decorators import internal, once, rare
-from powered_walker_env.compiled.lanes import (
-    LANES,
-    blend_state,
-    load_state,
-    mask_of,
-)
+from powered_walker_env.compiled.lanes import LANES, SIZE, blend_state, load_state, mask_of
 from powered_walker_env.model.mechanics.actuation import flow
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
 from powered_walker_env.model.phases import MAX_EXITS, Outcome
-from powered_walker_env.simulation.events import landing_lanes, moving_pose, over_at_once, watch
-from powered_walker_env.simulation.lockstep import GUARDS, acting, enter, place, rest, row_of
+from powered_walker_env.simulation.events import along, over_at_once, watch
+from powered_walker_env.simulation.lockstep import (
+    acting,
+    enter,
+    place,
+    pose_here,
+    rest,
+    row_of,
+)
 from powered_walker_env.simulation.record import (
+    begin_sums,
     clear,
     end_clearance,
-    look,
-    pose_here,
     write_log,
     write_row,
 )
@@ -45,17 +46,18 @@ STEP_LIMIT = int(Outcome.STEP_LIMIT)
 MAX_PHASES = 16  # of one stride
 
 
-@internal
+@once
 def next_stride(s, w, sums, lane, queue, batch, d):
     """Place the next stride that can begin in a free lane; the strides begun so far."""
     states = batch.states
     for index in range(queue, batch.strides):
-        place(s, w, lane, index, batch)
-        clear(sums, lane)
-        enter(s, w, lane, np.int64(0), batch)  # a literal would be another type
-        begin(d, s, w, lane, row_of(index, batch.row_count))
+        new = place(s, w, lane, index, batch)
+        begin(d, s, lane, row_of(index, batch.row_count), new)
         if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
             return index + 1
+        clear(sums, lane)
+        for i in range(SIZE):
+            s.final[i, lane] = s.struck[i, lane]
         _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
     rest(s, lane)
     return batch.strides
@@ -73,15 +75,21 @@ def fill(s, w, sums, lanes, queue, batch, d):
 
 
 @rare
-def begin_phases(s, w, sums, begun, batch):
-    """Flow, guards and sums where phases begin (bits); those that are over at once."""
-    mask, y, c = mask_of(begun), load_state(w.y, 0), constants_lanes(w.constants)
-    moved = flow(y, acting(s), chain_lanes(w.chain), c)
+def begin_phases(s, w, sums, begun, batch, d):
+    """Enter phases (bits): flow, guards and sums where they begin; those that are over at once."""
+    mask = mask_of(begun)
+    enter(s, w, mask, batch)
+    moved = flow(load_state(w.y, 0), acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
     blend_state(w.flows, 0, mask, moved)
-    pose = moving_pose(w, y, moved)
-    watch(s, w, 1, GUARDS, pose, mask, s.value, s.rate)
-    look(sums, mask, pose_here(w), acting(s), chain_lanes(w.free_chain), c)
-    return over_at_once(s, batch, landing_lanes(w, batch, pose)) & begun
+    pose = pose_here(w)
+    going = along(w, pose, moved)
+    watch(s, w, 1, FIRST_FALL, going, mask, s.value, s.rate)
+    begin_sums(s, w, sums, mask, pose)
+    if d.n > 0:
+        enter_phases(d, s, w, mask, moved)
+    if begun & 1:
+        write_log(batch, s.t[0, 0], pose, s.phase[0, 0])
+    return over_at_once(s, w, batch, going) & begun
 
 
 @once
@@ -140,12 +148,8 @@ def end_phases(s, w, sums, ended, queue, batch, d):
             continue
         if s.reset[0, lane] == STOP_RESET:
             sums.lost[0, lane] += s.lost[0, lane]
-        enter(s, w, lane, to, batch)
+        s.phase[0, lane] = to
         continued |= 1 << lane
-    if continued & 1:
-        write_log(batch, s.t[0, 0], pose_here(w), s.phase[0, 0])
-    if d.n > 0 and continued:
-        enter_phases(d, s, w, mask_of(continued), continued)
     begun, queue = fill(s, w, sums, free, queue, batch, d)
     return begun | continued, queue
 

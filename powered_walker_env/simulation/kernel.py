@@ -34,12 +34,14 @@ from powered_walker_env.compiled.lanes import (
 from powered_walker_env.model.mechanics.guards import FIRST_FALL
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.events import (
+    EVERY_LANE,
     NOWHERE,
     aim,
+    along,
     arrive,
+    factor_rate,
     first_fall,
     landing_lanes,
-    moving_pose,
     planned,
     suspicions,
 )
@@ -56,15 +58,14 @@ from powered_walker_env.simulation.lockstep import (
     Batch,
     acting,
     lockstep,
+    pose_here,
     posed,
 )
 from powered_walker_env.simulation.record import (
     TOTALS,
     add_step,
     log_step,
-    pose_here,
     totals,
-    write_log,
 )
 from powered_walker_env.simulation.runge_kutta import (
     STAGES,
@@ -90,7 +91,6 @@ TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors 
 #: Foot to foot, over L, up to which the feet stand together and no touch is a landing: at most,
 #: and otherwise √rtol.
 TOGETHER = 1e-3
-EVERY_LANE = (1 << LANES) - 1
 LOCKSTEP_ROWS, WORKSPACE_ROWS = LOCKSTEP.size, WORKSPACE.size
 KERNEL_ROWS = LOCKSTEP_ROWS + WORKSPACE_ROWS + TOTALS.size
 
@@ -175,20 +175,22 @@ def _advance(s, w, sums, batch, d):
     error = error_norm(w, TOLERANCE_SHARE * batch.rtol, 1.0 / unit)
     good = _control_steps(s, w, error)
     pose, last = pose_here(w), load_state(w.flows, SIZE * STAGES)
-    moving = moving_pose(w, load_state(w.y_new, 0), last)
+    pose_new = posed(load_state(w.y_new, 0), free, c)
+    going = along(w, pose_new, last)
     store(s.correction, 0, 0.0 * unit)
     taken, ended = _look_for_events(
-        s, w, batch, landing_lanes(w, batch, moving), good,
-        suspicions(s, w, pose, moving, good),
+        s, w, batch, landing_lanes(w, batch, going, factor_rate(w, going)), good,
+        suspicions(s, w, pose, going, good),
     )  # fmt: skip
     correction, mask = load(s.correction, 0), mask_of(taken)
-    store_state(w.y_new, 0, plus(load_state(w.y_new, 0), correction, last))
+    if ended:
+        store_state(w.y_new, 0, plus(load_state(w.y_new, 0), correction, last))
+        pose_new = posed(load_state(w.y_new, 0), free, c)
     length = load(w.length, 0) + correction
     if d.n > 0:
         propagate(d, s, w, mask)
     if batch.interval > 0.0 and taken & 1:
         log_step(batch, s, w)
-    pose_new = posed(load_state(w.y_new, 0), free, c)
     add_step(sums, s, w, mask, length, pose, pose_new, chain_lanes(w.free_chain), c)
     _commit(s, w, mask, length)
     return ended | (_give_up(s, error, good, taken) & ~ended)
@@ -223,7 +225,7 @@ def run_strides(
     s, w = lockstep(memory), workspace(rows_from(memory, LOCKSTEP_ROWS))
     sums = totals(rows_from(memory, LOCKSTEP_ROWS + WORKSPACE_ROWS))
     batch = Batch(
-        states.shape[0], table(cycle), table(states), table(controls),
+        states.shape[0], cycle.shape[0], table(cycle), table(states), table(controls),
         table(rows), rows.shape[0], table(heights), heights.shape[0],
         rtol, min(TOGETHER, math.sqrt(rtol)), (TOLERANCE_SHARE * rtol) ** 0.125, table(results),
         interval, table(log), log.shape[0], logged,
@@ -234,12 +236,11 @@ def run_strides(
     )  # fmt: skip
     # A literal 0 is a type of its own to numba, which would compile the callees once more.
     begun, queue = fill(s, w, sums, np.int64(EVERY_LANE), np.int64(0), batch, d)
-    write_log(batch, 0.0, pose_here(w), 0.0)
     for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
         if not bits(load(s.busy, 0) > 0.0):
             break
         if begun:
-            ended = begin_phases(s, w, sums, begun, batch)
+            ended = begin_phases(s, w, sums, begun, batch, d)
         else:
             ended = _advance(s, w, sums, batch, d)
         begun = np.int64(0)

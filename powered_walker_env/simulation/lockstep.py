@@ -11,10 +11,20 @@ import math
 from typing import Annotated, NamedTuple
 
 from powered_walker_env.compiled.decorators import internal, once, small
-from powered_walker_env.compiled.lanes import SIZE, Table, dual, load, where
+from powered_walker_env.compiled.lanes import (
+    SIZE,
+    Table,
+    bits,
+    blend,
+    blend_state,
+    dual,
+    load,
+    load_state,
+    where,
+)
 from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive
-from powered_walker_env.model.mechanics.chain import pose_of
+from powered_walker_env.model.mechanics.chain import Pose, pose_of
 from powered_walker_env.model.mechanics.constants import (
     CHAIN_SIZE,
     CONSTANTS,
@@ -53,7 +63,7 @@ class Lockstep(NamedTuple):
     refused: Table  # was the last step too long
     whole: Table  # s, the step in which an event was found
     unit: Table  # s, √(L/g)
-    gravity: Table  # m/s²
+    walker: Table  # its row in the batch, plus 1; 0 for none
     switch_angle: Table  # rad
     strength: Table  # of the control: N m of a torque, N s of an impulse
     motor: Table  # share of the strength at the ankle: 1 or 0
@@ -81,13 +91,15 @@ class Lockstep(NamedTuple):
 
 LOCKSTEP = Layout(Lockstep)
 lockstep = LOCKSTEP.view
-_constants_lane = CONSTANTS.lane
+_constants_lane, constants_lanes = CONSTANTS.lane, CONSTANTS.lanes
+_LOCK = CONSTANTS["lock"]
 
 
 class Batch(NamedTuple):
     """The strides to walk, and where their results go."""
 
     strides: int  # N
+    phases: int  # of the cycle
     cycle: Table  # (phases, codes)
     states: Table  # (N, 4)
     controls: Table  # (N, 2)
@@ -119,6 +131,12 @@ def acting(s):
 
 
 @small
+def torques_act(s):
+    """Whether a torque acts on the walkers."""
+    return (load(s.motor, 0) > 0.0) | (load(s.hip, 0) < 0.0)
+
+
+@small
 def moving_drive(s, change):
     """What drives the eight walkers, where the strength of their controls changes."""
     strength = dual(load(s.strength, 0), change)
@@ -138,36 +156,68 @@ def posed(y, free, c):
     return pose_of(y[0], alpha, y[2], y[3], dalpha, y[5])
 
 
+@small
+def pose_here(w):
+    """The pose where the steps begin."""
+    c = constants_lanes(w.constants)
+    return posed(load_state(w.y, 0), load(w.free, 0) > 0.0, c)
+
+
+@small
+def _turned(unit, angle):
+    """The change of a unit vector that turns by a small angle: i·unit·angle."""
+    return complex(-unit.imag * angle, unit.real * angle)
+
+
+@internal
+def moving(pose, t, free, lock):
+    """The pose with its tangents: t is the change of the chain's state, `lock` that of the lock."""
+    alpha, dalpha = where(free, t[1], t[0] + lock), where(free, t[4], t[3])
+    return Pose(
+        dual(pose.phi, t[0]),
+        dual(pose.alpha, alpha),
+        dual(pose.beta, t[2]),
+        dual(pose.dphi, t[3]),
+        dual(pose.dalpha, dalpha),
+        dual(pose.dbeta, t[5]),
+        dual(pose.foot, _turned(pose.foot, t[0])),
+        dual(pose.stance, _turned(pose.stance, alpha)),
+        dual(pose.swing, _turned(pose.swing, t[2])),
+    )
+
+
 @once
-def copy_walker(w, lane, rows, row):
+def copy_walker(s, w, lane, rows, row):
     """Write a walker's constants and chains into a lane."""
     for i in range(CONSTANTS_SIZE):
         w.constants[i, lane] = rows[row, OWN + i]
     for i in range(CHAIN_SIZE):
         w.locked_chain[i, lane] = rows[row, LOCKED_CHAIN + i]
         w.free_chain[i, lane] = rows[row, FREE_CHAIN + i]
+    c = _constants_lane(w.constants, lane)
+    s.unit[0, lane] = math.sqrt(c.L / abs(c.g))
+    s.walker[0, lane] = row + 1
 
 
-@once
+@internal
 def place(s, w, lane, index, batch):
-    """Start a stride: the state just after heel strike, both feet locked."""
-    copy_walker(w, lane, batch.rows, row_of(index, batch.row_count))
-    c, states = _constants_lane(w.constants, lane), batch.states
-    gravity = abs(c.g)
-    s.struck[0, lane], s.struck[1, lane] = states[index, 0] - c.lock, states[index, 0]
-    s.struck[2, lane] = states[index, 1] + math.pi
+    """Start a stride: the state just after heel strike, both feet locked. Is the walker new?"""
+    row, states = row_of(index, batch.row_count), batch.states
+    new = s.walker[0, lane] != row + 1
+    if new:
+        copy_walker(s, w, lane, batch.rows, row)
+    s.struck[0, lane] = states[index, 0] - w.constants[_LOCK, lane]
+    s.struck[1, lane], s.struck[2, lane] = states[index, 0], states[index, 1] + math.pi
     s.struck[3, lane], s.struck[4, lane] = states[index, 2], states[index, 2]
     s.struck[5, lane] = states[index, 3]
-    s.number[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
+    s.number[0, lane], s.phase[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0, 0
     s.busy[0, lane] = 1.0
     s.t[0, lane] = 0.0
-    s.unit[0, lane], s.gravity[0, lane] = math.sqrt(c.L / gravity), gravity
     s.switch_angle[0, lane] = batch.controls[index, 0]
     s.strength[0, lane] = batch.controls[index, 1]
     s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
     s.first_phi[0, lane] = s.struck[0, lane]
-    for i in range(SIZE):
-        s.final[i, lane] = s.struck[i, lane]
+    return new
 
 
 @once
@@ -178,27 +228,40 @@ def rest(s, lane):
     s.target[0, lane] = 0.0
 
 
-@internal
-def enter(s, w, lane, phase, batch):
-    """Begin a phase of the cycle from the pose in s.struck: its chain, drive and guards."""
-    cycle, free = batch.cycle, batch.cycle[phase, 0] == FREE
-    for i in range(3):
-        w.y[i, lane], w.y[3 + i, lane] = s.struck[i, lane], s.struck[3 + i, lane]
-    if not free:  # foot and stance leg are the first link, at the foot's angle
-        w.y[1, lane], w.y[4, lane] = 0.0, 0.0
-    w.free[0, lane] = 1.0 if free else 0.0
+@once
+def enter(s, w, mask, batch):
+    """Begin phases of the cycle from the poses in s.struck: their chains, drives and guards.
+
+    All lanes at once: numbers written one by one are slow to be read as lanes.
+    """
+    cycle, number = batch.cycle, load(s.phase, 0)
+    for phase in range(batch.phases):
+        here = mask & (number == 1.0 * phase)
+        if bits(here):
+            free = cycle[phase, 0] == FREE
+            blend(w.free, 0, here, 1.0 if free else 0.0)
+            blend(s.motor, 0, here, 1.0 if cycle[phase, 1] == MOTOR else 0.0)
+            blend(s.hip, 0, here, -1.0 if cycle[phase, 1] == HIP else 0.0)
+            for guard in range(GUARDS):
+                blend(s.active, guard, here, 1.0 if guard >= FIRST_FALL else 0.0)
+            for exit in range(MAX_EXITS):  # Guard.NEVER, of the padding, is never looked at
+                blend(s.active, int(cycle[phase, 2 + 3 * exit]), here, 1.0)
+            longer = 1.0 if free else LOCKED_FIRST_STEP
+            blend(s.h, 0, here, longer * batch.first_step * load(s.unit, 0))
+    blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
+    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused):
+        blend(row, 0, mask, 0.0)
+    blend(s.fresh, 0, mask, 1.0)
+    free = load(w.free, 0) > 0.0
     for i in range(CHAIN_SIZE):
-        w.chain[i, lane] = w.free_chain[i, lane] if free else w.locked_chain[i, lane]
-    s.motor[0, lane] = 1.0 if cycle[phase, 1] == MOTOR else 0.0
-    s.hip[0, lane] = -1.0 if cycle[phase, 1] == HIP else 0.0
-    for guard in range(GUARDS):
-        s.active[guard, lane] = 1.0 if guard >= FIRST_FALL else 0.0
-    for exit in range(MAX_EXITS):
-        s.active[int(cycle[phase, 2 + 3 * exit]), lane] = 1.0
-    s.active[0, lane] = 0.0  # Guard.NEVER, of the padding
-    s.phase[0, lane] = phase
-    s.phases[0, lane] += 1
-    longer = 1.0 if free else LOCKED_FIRST_STEP
-    s.h[0, lane] = longer * batch.first_step * s.unit[0, lane]
-    s.target[0, lane], s.scuffed[0, lane], s.correction[0, lane] = 0.0, 0.0, 0.0
-    s.elapsed[0, lane], s.fresh[0, lane], s.refused[0, lane] = 0.0, 1.0, 0.0
+        blend(w.chain, i, mask, where(free, load(w.free_chain, i), load(w.locked_chain, i)))
+    blend_state(w.y, 0, mask, chained(load_state(s.struck, 0), free))
+
+
+@small
+def chained(pose, free):
+    """A chain's state from a pose; locked, foot and leg are one link at the foot's angle."""
+    return (
+        pose[0], where(free, pose[1], 0.0), pose[2],
+        pose[3], where(free, pose[4], 0.0), pose[5],
+    )  # fmt: skip

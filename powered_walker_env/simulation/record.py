@@ -12,9 +12,7 @@ from powered_walker_env.compiled.lanes import (
     at_lane_0,
     bits,
     blend,
-    dual_state,
     load,
-    load_state,
     where,
 )
 from powered_walker_env.compiled.records import Layout
@@ -24,7 +22,7 @@ from powered_walker_env.model.mechanics.constants import CONSTANTS
 from powered_walker_env.model.mechanics.ground import apart, clearance
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import acting, posed
+from powered_walker_env.simulation.lockstep import acting, moving, posed, torques_act
 from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_duals,
@@ -99,14 +97,28 @@ def clear(sums, lane):
 
 
 @internal
-def look(sums, mask, pose, drive, free_chain, c):
-    """Take energy, power and clearance at a pose as those where the step begins."""
+def begin_sums(s, w, sums, mask, pose):
+    """Look at the poses where phases begin; where strides begin nothing has been added up."""
+    starting = mask & (load(s.phases, 0) == 1.0)
+    for row in (sums.energy_in, sums.positive_work, sums.impulse, sums.lost):
+        blend(row, 0, starting, 0.0)
+    blend(sums.lowest, 0, starting, math.inf)
+    look(
+        sums, mask, torques_act(s), pose, acting(s),
+        chain_lanes(w.free_chain), constants_lanes(w.constants),
+    )  # fmt: skip
+
+
+@internal
+def look(sums, mask, powered, pose, drive, free_chain, c):
+    """Take clearance, and where torques act energy and power, as those where the step begins."""
     height, descent = clearance(pose, c)
-    blend(sums.energy, 0, mask, energy(pose, free_chain, c))
-    blend(sums.power, 0, mask, power(pose, drive, c))
-    blend(sums.torque, 0, mask, ankle_torque(pose.dalpha - pose.dphi, drive, c))
     blend(sums.height, 0, mask, height)
     blend(sums.descent, 0, mask, descent)
+    if bits(powered & mask):
+        blend(sums.energy, 0, mask, energy(pose, free_chain, c))
+        blend(sums.power, 0, mask, power(pose, drive, c))
+        blend(sums.torque, 0, mask, ankle_torque(pose.dalpha - pose.dphi, drive, c))
 
 
 @internal
@@ -129,13 +141,15 @@ def cubic_minimum(value, slope, value_end, slope_end):
 @internal
 def _gain(value, slope, value_end, slope_end):
     """How much a quantity rises over a step, its falls left out (at most one turn inside)."""
-    _, bottom = cubic_minimum(value, slope, value_end, slope_end)
-    _, top = cubic_minimum(-value, -slope, -value_end, -slope_end)
-    bottom = where(bottom < value_end, bottom, value_end)
-    top = where(top < -value, -top, value)
-    up = where(value_end > value, value_end - value, 0.0)
-    after_dip = where((slope < 0.0) & (slope_end > 0.0), value_end - bottom, up)
-    return where((slope > 0.0) & (slope_end < 0.0), top - value, after_dip)
+    gain = where(value_end > value, value_end - value, 0.0)
+    dips, peaks = (slope < 0.0) & (slope_end > 0.0), (slope > 0.0) & (slope_end < 0.0)
+    if bits(dips | peaks):
+        _, bottom = cubic_minimum(value, slope, value_end, slope_end)
+        _, top = cubic_minimum(-value, -slope, -value_end, -slope_end)
+        bottom = where(bottom < value_end, bottom, value_end)
+        top = where(top < -value, -top, value)
+        gain = where(dips, value_end - bottom, where(peaks, top - value, gain))
+    return gain
 
 
 @once
@@ -146,27 +160,32 @@ def add_step(sums, s, w, mask, taken, pose, pose_new, free_chain, c):
         taken: s, the length of the step, its correction included.
         pose, pose_new: where it begins and ends.
     """
-    drive = acting(s)
-    before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)
     height, descent = load(sums.height, 0), load(sums.descent, 0)
-    look(sums, mask, pose_new, drive, free_chain, c)
-    after = load(sums.energy, 0)
-    motor = mask & (load(s.motor, 0) > 0.0)
-    powered = motor | (mask & (load(s.hip, 0) < 0.0))
-    gain = _gain(before, rising * taken, after, load(sums.power, 0) * taken)
-    blend(sums.energy_in, 0, powered, load(sums.energy_in, 0) + (after - before))
-    blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
-    given = _torque_impulse(pose, pose_new, drive, torque, load(sums.torque, 0), taken, c)
-    blend(sums.impulse, 0, motor, load(sums.impulse, 0) + given)
-    low = load(sums.height, 0)
-    where_low, _ = cubic_minimum(height, descent * taken, low, load(sums.descent, 0) * taken)
+    before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)
+    drive, powered = acting(s), mask & torques_act(s)
+    look(sums, mask, powered, pose_new, drive, free_chain, c)
+    if bits(powered):
+        after = load(sums.energy, 0)
+        gain = _gain(before, rising * taken, after, load(sums.power, 0) * taken)
+        given = _torque_impulse(pose, pose_new, drive, torque, load(sums.torque, 0), taken, c)
+        blend(sums.energy_in, 0, powered, load(sums.energy_in, 0) + (after - before))
+        blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
+        blend(sums.impulse, 0, powered, load(sums.impulse, 0) + given)
+    ahead = mask & (apart(pose_new) > 0.0)
+    if bits(ahead & (descent < 0.0) & (load(sums.descent, 0) > 0.0)):
+        _dip(sums, s, w, ahead, taken, pose, pose_new, height, descent)
+
+
+@rare
+def _dip(sums, s, w, ahead, taken, pose, pose_new, height, descent):
+    """The lowest clearance where it turns inside the step, after the legs have passed."""
+    end, descent_end = load(sums.height, 0), load(sums.descent, 0)
+    x, _ = cubic_minimum(height, descent * taken, end, descent_end * taken)
     between, between_end = apart(pose), apart(pose_new)
-    ahead = mask & (between_end > 0.0)
     passed = where(between > 0.0, 0.0, between / (between - between_end))
-    dips = ahead & (where_low > passed) & (where_low < 1.0)
+    dips = ahead & (x > passed) & (x < 1.0)
     if bits(dips):
-        deep = _lowest_inside(s, w, where_low, passed)
-        _lower(sums, s, dips, deep)
+        _lower(sums, s, dips, _lowest_inside(s, w, x, passed))
 
 
 @internal
@@ -207,9 +226,8 @@ def _lowest_inside(s, w, x, earliest):
     h = load(w.length, 0)
     for _ in range(NEWTON_STEPS):
         y = look_inside(w, x)
-        moving = dual_state(y, flow(y, drive, chain_lanes(w.chain), c))
-        still = constants_duals(constants_lanes(w.constants), w.zeros)
-        _, descent = clearance(posed(moving, free, still), still)
+        moved, still = flow(y, drive, chain_lanes(w.chain), c), constants_duals(c, w.zeros)
+        _, descent = clearance(moving(posed(y, free, c), moved, free, 0.0 * x), still)
         bend = h * descent.tangent
         x = where(bend > 0.0, x - descent.value / bend, x)
         x = where(x > earliest, x, earliest)
@@ -276,10 +294,3 @@ def log_step(batch, s, w):
         pose = pose_inside(w, (k * interval - t) / h + 0.0 * load(w.length, 0))
         write_log(batch, k * interval, pose, s.phase[0, 0])
         k += 1.0
-
-
-@small
-def pose_here(w):
-    """The pose where the steps begin."""
-    c = constants_lanes(w.constants)
-    return posed(load_state(w.y, 0), load(w.free, 0) > 0.0, c)

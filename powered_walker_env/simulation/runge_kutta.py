@@ -113,11 +113,18 @@ def step(w, acting):
 
 
 @internal
-def _share(before, after, natural):
-    """One over the size that an error is compared with."""
+def _size(before, after, natural):
+    """The size that an error is compared with."""
     before, after = abs(before), abs(after)
     size = where(before < after, after, before)
-    return 1.0 / where(size < natural, natural, size)
+    return where(size < natural, natural, size)
+
+
+@internal
+def _shares(a, b):
+    """1/a and 1/b, by one division."""
+    both = 1.0 / (a * b)
+    return b * both, a * both
 
 
 @once
@@ -130,9 +137,9 @@ def error_norm(w, tolerance, rate_scale):
     e5 = weighted(_ERROR_FIRST, _ERROR_STAGE, _ERROR_WEIGHT, 0, w.flows)
     e3 = weighted(_ERROR_FIRST, _ERROR_STAGE, _ERROR_WEIGHT, 1, w.flows)
     y, y_new = load_state(w.y, 0), load_state(w.y_new, 0)
-    a, b, c = _share(y[0], y_new[0], 1.0), _share(y[1], y_new[1], 1.0), _share(y[2], y_new[2], 1.0)
-    d, e = _share(y[3], y_new[3], rate_scale), _share(y[4], y_new[4], rate_scale)
-    f = _share(y[5], y_new[5], rate_scale)
+    a, b = _shares(_size(y[0], y_new[0], 1.0), _size(y[1], y_new[1], 1.0))
+    c, d = _shares(_size(y[2], y_new[2], 1.0), _size(y[3], y_new[3], rate_scale))
+    e, f = _shares(_size(y[4], y_new[4], rate_scale), _size(y[5], y_new[5], rate_scale))
     sum5 = _squares(e5[0] * a, e5[1] * b, e5[2] * c, e5[3] * d, e5[4] * e, e5[5] * f)
     sum3 = _squares(e3[0] * a, e3[1] * b, e3[2] * c, e3[3] * d, e3[4] * e, e3[5] * f)
     total = math.sqrt((sum5 + 0.01 * sum3) * SIZE)

@@ -18,19 +18,16 @@ from typing import Annotated, NamedTuple
 
 from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import (
-    LANES,
     SIZE,
     Table,
     bits,
     blend,
     blend_state,
     dual,
-    dual_state,
     load,
     load_state,
     plus,
     rows_from,
-    scaled,
     store_state,
     tangents_of,
     unit,
@@ -50,8 +47,15 @@ from powered_walker_env.model.mechanics.constants import (
 from powered_walker_env.model.mechanics.ground import travel
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, value_of
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
-from powered_walker_env.simulation.events import guard_along, moving_pose
-from powered_walker_env.simulation.lockstep import acting, moving_aims, moving_drive, posed
+from powered_walker_env.simulation.events import along, guard_along
+from powered_walker_env.simulation.lockstep import (
+    acting,
+    chained,
+    moving,
+    moving_aims,
+    moving_drive,
+    pose_here,
+)
 from powered_walker_env.simulation.resets import after_reset, pushes, strikes
 from powered_walker_env.simulation.runge_kutta import (
     ADVANCES,
@@ -107,28 +111,31 @@ def direction_of(d, k):
 
 
 @once
-def begin(d, s, w, lane, row):
-    """S at the start of a stride: both feet locked, φ = α − lock, the leg no link of its own."""
+def begin(d, s, lane, row, new):
+    """The change of the pose at the start of a stride: both feet locked, φ = α − lock.
+
+    Args:
+        row: of the walker in the batch; new: whether the lane had another before.
+    """
     for k in range(d.n):
-        e, changes, walker = direction_of(d, k), d.changes, row * d.n + k
-        for i in range(CONSTANTS_SIZE):
-            e.constants[i, lane] = d.walkers[walker, OWN + i]
-        for i in range(CHAIN_SIZE):
-            e.locked_chain[i, lane] = d.walkers[walker, LOCKED_CHAIN + i]
-            e.free_chain[i, lane] = d.walkers[walker, FREE_CHAIN + i]
+        e, changes = direction_of(d, k), d.changes
+        if new:
+            _copy_walker(d, e, lane, row * d.n + k)
         phi = changes[k, 0] - e.constants[_LOCK, lane]
         e.start[0, lane], e.shift[0, lane] = phi, 0.0
-        e.S[0, lane], e.S[1, lane], e.S[2, lane] = phi, 0.0, changes[k, 1]
-        e.S[3, lane], e.S[4, lane], e.S[5, lane] = changes[k, 2], 0.0, changes[k, 3]
-        copy_chain(e, w, lane)
+        e.struck[0, lane], e.struck[1, lane], e.struck[2, lane] = phi, changes[k, 0], changes[k, 1]
+        e.struck[3, lane], e.struck[4, lane] = changes[k, 2], changes[k, 2]
+        e.struck[5, lane] = changes[k, 3]
 
 
 @internal
-def copy_chain(e, w, lane):
-    """The chain of the phase."""
+def _copy_walker(d, e, lane, row):
+    """Write the changes of a walker's constants and chains into a lane."""
+    for i in range(CONSTANTS_SIZE):
+        e.constants[i, lane] = d.walkers[row, OWN + i]
     for i in range(CHAIN_SIZE):
-        free = w.free[0, lane] > 0.0
-        e.chain[i, lane] = e.free_chain[i, lane] if free else e.locked_chain[i, lane]
+        e.locked_chain[i, lane] = d.walkers[row, LOCKED_CHAIN + i]
+        e.free_chain[i, lane] = d.walkers[row, FREE_CHAIN + i]
 
 
 @once
@@ -194,15 +201,14 @@ def propagate(d, s, w, mask):
 
 
 @internal
-def _event_shift(d, k, s, w, moving, pose, c):
-    """How far the event moves, s: −(∇g·S + ∂g/∂p)/ġ.
+def _event_shift(d, k, s, w, target, rates, pose, c):
+    """How far the event moves, s: −(∇g·S + ∂g/∂p)/ġ, from the moving pose of one direction.
 
     An event that is there as its phase begins moves with the event before it, and at the
     start of a stride not at all.
     """
-    e, elapsed = direction_of(d, k), load(s.elapsed, 0) > 0.0
-    target = where(elapsed, load(s.target, 0), 0.0)
-    dt = where(elapsed, 0.0, load(e.shift, 0))
+    e = direction_of(d, k)
+    dt = where(load(s.elapsed, 0) > 0.0, 0.0, load(e.shift, 0))
     locked = load(w.free, 0) == 0.0
     aimed = moving_aims(s, _change(d, k, s, _SWITCH))
     drive = moving_drive(s, _change(d, k, s, _STRENGTH))
@@ -213,51 +219,57 @@ def _event_shift(d, k, s, w, moving, pose, c):
     for guard in range(1, FIRST_FALL):
         if bits(target == guard):
             change = value_of(guard, locked, pose, drive, aimed, both, c).tangent
-            rate = guard_along(s, w, guard, moving).tangent
-            dt = where(target == guard, -change / rate, dt)
+            dt = where(target == guard, -change / rates, dt)
     return dt
+
+
+@internal
+def _rates(s, w, pose, target):
+    """Rates of the guards that have ended the phases, ġ."""
+    rates = 0.0 * target + 1.0
+    for guard in range(1, FIRST_FALL):
+        if bits(target == guard):
+            rates = where(target == guard, guard_along(s, w, guard, pose).tangent, rates)
+    return rates
 
 
 @rare
 def leave_phases(d, s, w, mask):
     """Move S to the events and through the resets: the pose after them."""
-    y, free = load_state(w.y, 0), load(w.free, 0) > 0.0
-    before = flow(y, acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
-    moving, reset = moving_pose(w, y, before), load(s.reset, 0)
+    here, y, free = pose_here(w), load_state(w.y, 0), load(w.free, 0) > 0.0
+    plain, links, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
+    before = flow(y, acting(s), chain_lanes(w.chain), plain)
+    target = where(mask & (load(s.elapsed, 0) > 0.0), load(s.target, 0), 0.0)
+    rates = _rates(s, w, along(w, here, before), target)
     for k in range(d.n):
         e = direction_of(d, k)
-        c = constants_duals(constants_lanes(w.constants), e.constants)
-        S = load_state(e.S, 0)
-        dt = _event_shift(d, k, s, w, moving, posed(dual_state(y, S), free, c), c)
+        c, S, lock = (
+            constants_duals(plain, e.constants),
+            load_state(e.S, 0),
+            load(e.constants, _LOCK),
+        )
+        dt = _event_shift(d, k, s, w, target, rates, moving(here, S, free, lock), c)
         blend(e.shift, 0, mask, dt)
-        pose = posed(dual_state(y, plus(S, dt, before)), free, c)
+        pose = moving(here, plus(S, dt, before), free, lock)
         strength = dual(load(s.strength, 0), _change(d, k, s, _STRENGTH))
         impulse = where(pushes(reset), strength, 0.0 * strength)
-        chain = chain_duals(chain_lanes(w.free_chain), e.free_chain)
-        struck = after_reset(reset, pose, impulse, chain, c)
+        struck = after_reset(reset, pose, impulse, chain_duals(links, e.free_chain), c)
         numbers = (
             struck.phi, struck.alpha, struck.beta, struck.dphi, struck.dalpha, struck.dbeta
         )  # fmt: skip
         blend_state(e.struck, 0, mask, tangents_of(numbers))
-        began = dual(load(s.first_phi, 0), load(e.start, 0))
-        blend(e.length, 0, mask & strikes(reset), travel(pose, began, c).tangent)
+        if bits(strikes(reset)):
+            began = dual(load(s.first_phi, 0), load(e.start, 0))
+            blend(e.length, 0, mask & strikes(reset), travel(pose, began, c).tangent)
 
 
 @rare
-def enter_phases(d, s, w, mask, lanes):
+def enter_phases(d, s, w, mask, after):
     """S where phases begin: of the chain's state, less the other half of the saltation, f⁺ dt."""
     free = load(w.free, 0) > 0.0
-    chain, c = chain_lanes(w.chain), constants_lanes(w.constants)
-    after = flow(load_state(w.y, 0), acting(s), chain, c)
     for k in range(d.n):
         e = direction_of(d, k)
-        for lane in range(LANES):
-            if lanes >> lane & 1:
-                copy_chain(e, w, lane)
-        pose = load_state(e.struck, 0)
-        still = scaled(0.0, pose)
-        state = (
-            pose[0], where(free, pose[1], still[1]), pose[2],
-            pose[3], where(free, pose[4], still[4]), pose[5],
-        )  # fmt: skip
+        for i in range(CHAIN_SIZE):
+            blend(e.chain, i, mask, where(free, load(e.free_chain, i), load(e.locked_chain, i)))
+        state = chained(load_state(e.struck, 0), free)
         blend_state(e.S, 0, mask, plus(state, -load(e.shift, 0), after))

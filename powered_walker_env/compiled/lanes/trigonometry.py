@@ -85,9 +85,12 @@ def _sine_cosine(x):
     quarters, odd, sine_sign, cosine_sign = _quarters(x)
     r = ((x - quarters * _QUARTER) - quarters * _QUARTER_2) - quarters * _QUARTER_3
     z = r * r
-    sine = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
-    rest = z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
-    cosine = 1.0 - 0.5 * z + rest
+    # In pairs (Estrin): a chain of multiply-adds half as long as Horner's.
+    zz = z * z
+    odds = (_S1 + z * _S2) + zz * ((_S3 + z * _S4) + zz * (_S5 + z * _S6))
+    evens = (_C1 + z * _C2) + zz * ((_C3 + z * _C4) + zz * (_C5 + z * _C6))
+    sine = r + (r * z) * odds
+    cosine = (1.0 - 0.5 * z) + zz * evens
     return (
         _signed(where(odd, cosine, sine), sine_sign),
         _signed(where(odd, sine, cosine), cosine_sign),

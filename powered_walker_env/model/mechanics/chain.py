@@ -59,6 +59,7 @@ class Mass(NamedTuple):
     m22: Any
     m23: Any
     m33: Any
+    share3: Any  # 1/m33
 
 
 @small
@@ -105,15 +106,16 @@ def mass_matrix(at, chain, c):
         chain.inertia2,
         at.q23.real,
         chain.inertia3,
+        chain.share3,
     )
 
 
 @formula
-def bias(at, dy1, dy2, dy3, c):
+def bias(at, dy1, dy2, dy3, chain, c):
     """Centripetal and gravity terms, N m: mass matrix · accelerations + bias = forces."""
     s1, s2, s3 = dy1 * dy1, dy2 * dy2, dy3 * dy3
     pull = c.reaction * s3
-    b1 = cross(at.u1 + 2.0 * c.M * c.R, c.g) - c.R * at.u1.imag * s1
+    b1 = cross(at.u1 + chain.roll, c.g) - c.R * at.u1.imag * s1
     b2 = cross(at.u2, c.g) + (at.q12.imag - c.R * at.u2.imag) * s1
     b3 = cross(at.u3, c.g) + (at.q13.imag - c.R * at.u3.imag) * s1 + at.q23.imag * s2
     return b1 - at.q12.imag * s2 - at.q13.imag * pull, b2 - at.q23.imag * pull, b3
@@ -122,14 +124,13 @@ def bias(at, dy1, dy2, dy3, c):
 @formula
 def solve(m, f1, f2, f3, c):
     """The x with mass matrix · x = f, by Gaussian elimination of the third."""
-    share = 1.0 / m.m33
-    k1, k2 = m.m13 * share, m.m23 * share
+    k1, k2 = m.m13 * m.share3, m.m23 * m.share3
     r1, r2 = c.reaction * k1, c.reaction * k2
     n11, n12, n22 = m.m11 - r1 * m.m13, m.m12 - r1 * m.m23, m.m22 - r2 * m.m23
     h1, h2 = f1 - r1 * f3, f2 - r2 * f3
     scale = 1.0 / (n11 * n22 - n12 * n12)
     x1, x2 = scale * (n22 * h1 - n12 * h2), scale * (n11 * h2 - n12 * h1)
-    return x1, x2, share * f3 - k1 * x1 - k2 * x2
+    return x1, x2, m.share3 * f3 - k1 * x1 - k2 * x2
 
 
 @small
@@ -146,7 +147,7 @@ def accelerations(y, ankle, pull, chain, c):
     (+τ, −τ, 0); the hip's turns the swing leg forward and the stance leg back.
     """
     at = couplings(unit(y[0]), unit(y[1]), unit(y[2]), chain, c)
-    b1, b2, b3 = bias(at, y[3], y[4], y[5], c)
+    b1, b2, b3 = bias(at, y[3], y[4], y[5], chain, c)
     hip = pull - c.hip_stiffness * hip_bend(y[0], y[1], y[2], chain)  # with the spring (Kuo 2002)
     back, tau = c.reaction * hip, chain.ankle * ankle
     return solve(
@@ -188,7 +189,7 @@ def potential_energy(pose, free, c):
     """Σ m⟨g, r⟩ and the hip spring's, J; r from where the contact point is at φ = 0."""
     moment = free.moment1 * pose.foot + free.moment2 * pose.stance
     moment = moment + c.reaction * (free.moment3 * pose.swing)
-    rolled = 2.0 * c.M * c.R * complex(0.0 * pose.phi + 1.0, pose.phi)
+    rolled = free.roll * complex(0.0 * pose.phi + 1.0, pose.phi)
     bend = hip_bend(pose.phi, pose.alpha, pose.beta, free)
     spring = 0.5 * c.hip_stiffness * bend * bend
     return inner(c.g, rolled + moment) + c.reaction * spring

@@ -78,6 +78,8 @@ class Chain(NamedTuple):
     inertia1: float  # kg m², about the lower joint; of the first with the foot's radius
     inertia2: float
     inertia3: float
+    share3: float  # 1/inertia3, 1/(kg m²)
+    roll: float  # kg m, mass times the foot's radius
     hip1: float  # q3 = Σ hip_k·angle_k + hip0
     hip2: float
     hip3: float
@@ -176,7 +178,10 @@ def free_chain(c: Constants) -> Chain:
 def _swing_leg(c: Constants) -> dict[str, Any]:
     moment = c.swing_mass * c.hip_to_com
     inertia = c.swing_inertia + c.swing_mass * square(c.hip_to_com)
-    return {"moment3": moment, "inertia3": inertia, "hip3": 1.0}
+    roll = 2.0 * c.M * c.R
+    return {
+        "moment3": moment, "inertia3": inertia, "share3": 1.0 / inertia, "roll": roll, "hip3": 1.0
+    }  # fmt: skip
 
 
 def own_numbers(params: WalkerParams) -> list[float]:

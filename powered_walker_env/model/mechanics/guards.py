@@ -60,7 +60,7 @@ def holding_torque(pose, acting, locked, free, c):
     d1, _, d3 = accelerations(y, acting.stall, acting.pull, locked, c)
     at = couplings(pose.foot, pose.stance, pose.swing, free, c)
     m = mass_matrix(at, free, c)
-    b1, _, _ = bias(at, pose.dphi, pose.dalpha, pose.dbeta, c)
+    b1, _, _ = bias(at, pose.dphi, pose.dalpha, pose.dbeta, free, c)
     needed = (m.m11 + m.m12) * d1 + c.reaction * m.m13 * d3 + b1
     return (needed - ankle_torque(pose.dalpha - pose.dphi, acting, c)) / holding_unit(c)
 

@@ -16,7 +16,7 @@ def ankle_locked(m):
     """The mass matrix of foot and stance leg as one, then of the swing leg."""
     one = 0.0 * m.m33 + 1.0
     zero = 0.0 * one
-    return Mass(m.m11 + 2.0 * m.m12 + m.m22, zero, m.m13 + m.m23, one, zero, m.m33)
+    return Mass(m.m11 + 2.0 * m.m12 + m.m22, zero, m.m13 + m.m23, one, zero, m.m33, m.share3)
 
 
 @formula

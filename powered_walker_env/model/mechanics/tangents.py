@@ -39,13 +39,12 @@ def couplings_tangent(z1, z2, z3, at, t, chain, c, dchain, dc):
 
 
 @formula
-def bias_tangent(at, dat, y, t, c, dc):
+def bias_tangent(at, dat, y, t, chain, c, dchain, dc):
     """Changes of the centripetal and gravity terms."""
     s1, s2, s3 = y[3] * y[3], y[4] * y[4], c.reaction * (y[5] * y[5])
     ds1, ds2 = 2.0 * y[3] * t[3], 2.0 * y[4] * t[4]
     ds3 = c.reaction * (2.0 * y[5] * t[5])
-    rolling = 2.0 * (dc.M * c.R + c.M * dc.R)
-    b1 = cross(dat.u1 + rolling, c.g) + cross(at.u1 + 2.0 * c.M * c.R, dc.g)
+    b1 = cross(dat.u1 + dchain.roll, c.g) + cross(at.u1 + chain.roll, dc.g)
     b2 = cross(dat.u2, c.g) + cross(at.u2, dc.g)
     b3 = cross(dat.u3, c.g) + cross(at.u3, dc.g)
     b1 = b1 - (dc.R * at.u1.imag + c.R * dat.u1.imag) * s1 - c.R * at.u1.imag * ds1
@@ -66,7 +65,7 @@ def acceleration_tangents(at, dat, m, y, moved, t, tau, hip, chain, c, dchain, d
         moved: the time derivative of y; t: the change of y.
         tau, hip: changes of the torques at the ankle and the hip.
     """
-    b1, b2, b3 = bias_tangent(at, dat, y, t, c, dc)
+    b1, b2, b3 = bias_tangent(at, dat, y, t, chain, c, dchain, dc)
     a1, a2, a3, back = moved[3], moved[4], c.reaction * moved[5], c.reaction * hip
     d11 = dchain.inertia1 + 2.0 * (dc.R * at.u1.real + c.R * dat.u1.real)
     d12, d13, d23 = dat.q12.real, dat.q13.real, dat.q23.real
