@@ -70,7 +70,7 @@ def mass_matrix(y: Array, params: WalkerParams) -> Array:
 def bias(y: Array, params: WalkerParams) -> Array:
     at, c = pose(y), constants(params)
     coupled = chain.couplings(at.foot, at.stance, at.swing, free_chain(params), c)
-    return np.array(chain.bias(coupled, *y[3:], c))
+    return np.array(chain.bias(coupled, *y[3:], free_chain(params), c))
 
 
 def free(y: Array, torque: float, params: WalkerParams, hip: float = 0.0) -> Array:
@@ -285,7 +285,7 @@ def test_the_locked_chain_is_the_free_one_with_the_rows_and_columns_of_foot_and_
         of_chain = chain.couplings(at.foot, 1.0 + 0j, at.swing, locked_chain(params), c)
         found = square(chain.mass_matrix(of_chain, locked_chain(params), c))
         assert_close(found, square(pair), 1e-14)
-        b1, none, b3 = chain.bias(of_chain, y[3], 0.0, y[5], c)
+        b1, none, b3 = chain.bias(of_chain, y[3], 0.0, y[5], locked_chain(params), c)
         foot, leg, swing_leg = bias(y, params)
         assert none == 0.0
         assert_close((b1, b3), (foot + leg, swing_leg), 5e-14)
@@ -340,8 +340,15 @@ class Links:
         moments = self.masses * self.places + beyond * self.levers
         inertias = self.spins + self.masses * abs(self.places) ** 2 + beyond * abs(self.levers) ** 2
         inertias[0] += self.masses.sum() * self.radius**2
-        hip, ankle = (0.0, -1.0, 1.0, 0.0), 1.0
-        return Chain(*self.levers[:2].tolist(), *moments.tolist(), *inertias.tolist(), *hip, ankle)
+        names = ("inertia1", "inertia2", "inertia3")
+        moment1, moment2, moment3 = moments.tolist()
+        return Chain(
+            lever1=complex(self.levers[0]), lever2=complex(self.levers[1]),
+            moment1=moment1, moment2=moment2, moment3=moment3,
+            **dict(zip(names, inertias.tolist(), strict=True)), share3=1.0 / float(inertias[2]),
+            roll=float(self.masses.sum()) * self.radius,
+            hip1=0.0, hip2=-1.0, hip3=1.0, hip0=0.0, ankle=1.0,
+        )  # fmt: skip
 
     def constants(self) -> Constants:
         """Half its mass stands for a leg's; there is no spring."""
