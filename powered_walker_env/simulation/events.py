@@ -147,7 +147,7 @@ def suspicions(s, w, pose, pose_new, good):
     watch(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
     found, beyond = 0, FIRST_FALL
     near = nearest_fall(load(w.free, 0) == 0.0, pose_new, h, still(w))
-    if ~bits(near > 0.0) & good:
+    if (~bits(near > 0.0) & good) | bits(target >= FIRST_FALL):  # those stepped onto, too
         watch_falls(s, w, pose_new, h == h)
         beyond = GUARDS
     ahead = (apart(pose) > 0.0) | (apart(pose_new) > 0.0)

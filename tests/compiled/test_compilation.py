@@ -1,50 +1,21 @@
-"""The wait for the first stride is announced: where the kernel is compiled, and only there."""
+"""The wait for the first stride is announced once (that it is where a kernel is compiled, and not
+where it is loaded: `test_cache.py`); formulas are Python to Python."""
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
-import textwrap
 import threading
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numba
 import pytest
 
 from powered_walker_env.compiled import decorators as compilation
 from powered_walker_env.simulation import kernel
 
 LINE = compilation._Announcer.LINE
-FIRST_STRIDE = """
-    import threading
-    from powered_walker_env import PRESETS, stride
-    params, control, state, _ = PRESETS["camp1997"]
-    print(stride(state, control, params).outcome.name)
-    threads = [threading.Thread(target=stride, args=(state, control, params)) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-"""
-
-
-def first_stride(cache: Path) -> tuple[str, str]:
-    """What a new process with this cache writes to stdout and stderr."""
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(FIRST_STRIDE)],
-        capture_output=True, text=True, check=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
-    )  # fmt: skip
-    return done.stdout, done.stderr
-
-
-def test_the_first_stride_says_that_it_compiles_and_the_next_process_s_does_not(
-    tmp_path: Path,
-) -> None:
-    assert first_stride(tmp_path) == ("WALKED\n", LINE + "\n")
-    assert first_stride(tmp_path) == ("WALKED\n", "")
 
 
 def compiling(dispatcher: Any) -> Any:
@@ -82,3 +53,28 @@ def test_without_a_stderr_nothing_is_said(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 def test_the_package_s_stride_kernel_is_watched() -> None:
     assert compilation._announcer._watched == [kernel.run_strides]
+
+
+def test_a_formula_is_plain_python_to_python_and_machine_code_in_a_kernel() -> None:
+    seen: list[float] = []
+
+    @compilation.formula
+    def double(x):  # type: ignore[no-untyped-def]
+        return x + x
+
+    @compilation.formula
+    def noted(x):  # type: ignore[no-untyped-def]
+        seen.append(x)  # which no machine code could do
+        return double(x)
+
+    assert noted(2.0) == 4.0
+    assert noted("ab") == "abab"
+    assert seen == [2.0, "ab"]
+    assert not double.signatures  # nothing was compiled
+
+    @numba.njit
+    def inside(x):  # type: ignore[no-untyped-def]
+        return double(x)
+
+    assert inside(2.0) == 4.0
+    assert double.signatures

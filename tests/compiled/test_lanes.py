@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numba
 import numpy as np
@@ -13,6 +12,7 @@ from powered_walker_env.compiled.lanes import (
     LANES,
     at_lane_0,
     bits,
+    blend,
     eights,
     load,
     mask_of,
@@ -22,17 +22,11 @@ from powered_walker_env.compiled.lanes import (
     where,
 )
 from tests.helpers.derivation import Array
+from tests.helpers.lanes import block_of, through
 
 EPS = np.finfo(float).eps
 SPECIAL = [math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, -1e308, 1e308, 1.0, -1.0]
 compiled = numba.njit(error_model="numpy")  # divisions by zero give inf, as in the kernel
-
-
-def block_of(rows: int) -> tuple[Array, Array]:
-    """Memory for so many rows of lanes, and the rows in it, where `eights` begins them."""
-    block = np.zeros((rows + 1) * LANES)
-    start = -block.ctypes.data % (8 * LANES) // 8
-    return block, block[start : start + rows * LANES].reshape(rows, LANES)
 
 
 def draw(rng: np.random.Generator) -> Array:
@@ -40,14 +34,6 @@ def draw(rng: np.random.Generator) -> Array:
     values = rng.normal(size=LANES) * 10.0 ** rng.integers(-5, 6, LANES)
     values[rng.choice(LANES, 2, replace=False)] = rng.choice(SPECIAL, 2)
     return np.asarray(values)
-
-
-def through(function: Any, outputs: int, *inputs: Array) -> Array:
-    """What a compiled function of a block writes behind its input rows."""
-    block, rows = block_of(len(inputs) + outputs)
-    rows[: len(inputs)] = inputs
-    function(block)
-    return rows[len(inputs) :].copy()
 
 
 @compiled
@@ -187,6 +173,26 @@ def test_planes_are_complex_numbers() -> None:
         terms = np.array([abs(a * c) + abs(b * d), abs(a * d) + abs(b * c)])
         assert (gap[2] <= 2 * EPS * terms).all()
         assert gap[[0, 1, *range(3, len(expected))]].max() == 0.0
+
+
+@compiled
+def blended(block):
+    m = eights(block)
+    a, b = load(m, 0), load(m, 1)
+    store(m, 2, b)
+    blend(m, 2, a > 0.0, a)
+    store(m, 3, b)
+    blend(m, 3, a > 0.0, 2.5)
+    store(m, 4, b)
+    blend(m, 4, a > 0.0, 3)
+
+
+def test_a_blend_writes_where_its_mask_holds() -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(100):
+        a, b = draw(rng), draw(rng)
+        expected = [np.where(a > 0.0, new, b) for new in (a, 2.5, 3.0)]
+        np.testing.assert_array_equal(through(blended, 3, a, b), expected)
 
 
 @compiled

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env.model.mechanics.constants import Constants, constants_of
+from powered_walker_env.model.mechanics.chain import Pose, pose_of
+from powered_walker_env.model.mechanics.constants import Chain, Constants, chains_of, constants_of
 from powered_walker_env.model.powering import MOTOR, SCHEMES, scheme_of
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
@@ -26,6 +27,26 @@ PASSIVE = [name for name in PRESETS if name not in POWERED]
 def constants(params: WalkerParams) -> Constants:
     """The walker as the kernels take it."""
     return constants_of(params)
+
+
+def locked_chain(params: WalkerParams) -> Chain:
+    """Its links with the ankle locked."""
+    return chains_of(params)[0]
+
+
+def free_chain(params: WalkerParams) -> Chain:
+    """Its links with the ankle free."""
+    return chains_of(params)[1]
+
+
+def pose(y: Any) -> Pose:
+    """The pose (φ, α, β, φ', α', β') with its unit vectors."""
+    return pose_of(*(float(number) for number in y))
+
+
+def state_of(pose: Pose) -> Array:
+    """The inverse of `pose`."""
+    return np.array(pose[:6])
 
 
 def as_published(params: WalkerParams) -> WalkerParams:
@@ -69,6 +90,13 @@ def sprung(params: WalkerParams, rng: np.random.Generator) -> WalkerParams:
 def random_motion(rng: np.random.Generator) -> Array:
     """(φ, α, β, φ', α', β') anywhere."""
     return np.concatenate([rng.uniform(-math.pi, math.pi, 3), rng.uniform(-3.0, 3.0, 3)])
+
+
+def locked_motion(rng: np.random.Generator, params: WalkerParams) -> Array:
+    """The same with the ankle at its stop, at rest."""
+    y = random_motion(rng)
+    y[0], y[3] = y[1] - params.locked_ankle_angle, y[4]
+    return y
 
 
 def relative(y: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers.derivation import Array, energies, locked_system, powered_system
-from tests.model.test_heel_strike import (
+from tests.helpers.impacts import (
     Moving,
     after,
     before,

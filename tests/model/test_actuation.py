@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from powered_walker_env.model.mechanics import actuation, swing
-from powered_walker_env.model.mechanics.actuation import Drive
+from powered_walker_env.model.mechanics import actuation
+from powered_walker_env.model.mechanics.actuation import Drive, accelerations_at
+from powered_walker_env.model.mechanics.chain import accelerations
+from powered_walker_env.model.mechanics.constants import chains_of
 from powered_walker_env.model.phases import Joints, Torque
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers import derivation
@@ -14,6 +16,10 @@ from tests.helpers.derivation import Array
 from tests.helpers.samples import (
     as_published,
     constants,
+    free_chain,
+    locked_chain,
+    locked_motion,
+    pose,
     random_motion,
     random_walkers,
     relative,
@@ -25,17 +31,16 @@ MOTOR = WalkerParams(no_load_speed=8.0)
 EXTENDING = np.linspace(-12.0, -0.1, 30)  # u2, rad/s: extension makes q2 fall
 
 
-def drive(torque: Torque, strength: float = STALL, params: WalkerParams = MOTOR) -> Drive:
-    return actuation.drive(int(torque), strength, constants(params))
+def drive(torque: Torque, strength: float = STALL) -> Drive:
+    return actuation.drive(torque, strength)
 
 
 def torque_at(ankle_rate: float, params: WalkerParams = MOTOR) -> float:
-    acting = drive(Torque.MOTOR, STALL, params)
-    return actuation.ankle_torque(moving(ankle_rate), acting, constants(params))
+    return float(actuation.ankle_torque(ankle_rate, drive(Torque.MOTOR), constants(params)))
 
 
 def power_at(ankle_rate: float, torque: Torque = Torque.MOTOR) -> float:
-    return actuation.power(moving(ankle_rate), drive(torque), constants(MOTOR))
+    return float(actuation.power(pose(moving(ankle_rate)), drive(torque), constants(MOTOR)))
 
 
 def moving(ankle_rate: float) -> Array:
@@ -44,9 +49,14 @@ def moving(ankle_rate: float) -> Array:
 
 
 def flow(joints: Joints, torque: Torque, y: Array, strength: float, params: WalkerParams) -> Array:
-    locked = joints is Joints.ANKLE_LOCKED
-    acting = drive(torque, strength, params)
-    return np.array(actuation.flow(locked, y, acting, constants(params)))
+    """y' of (φ, α, β, φ', α', β'); with the ankle locked the leg is no link of its own."""
+    acting, c = drive(torque, strength), constants(params)
+    if joints is Joints.ANKLE_FREE:
+        return np.array(actuation.flow(y, acting, free_chain(params), c))
+    of_chain = (y[0], 0.0, y[2], y[3], 0.0, y[5])
+    d1, none, d3, dd1, still, dd3 = actuation.flow(of_chain, acting, locked_chain(params), c)
+    assert none == still == 0.0
+    return np.array([d1, d1, d3, dd1, dd1, dd3])
 
 
 def test_motor_at_rest_gives_its_stall_torque() -> None:
@@ -94,17 +104,17 @@ def test_motor_brakes_beyond_its_no_load_speed() -> None:
 
 
 def test_no_torque_and_no_power_where_the_phase_has_none() -> None:
-    still = actuation.ankle_torque(moving(-3.0), drive(Torque.NONE), constants(MOTOR))
+    still = actuation.ankle_torque(-3.0, drive(Torque.NONE), constants(MOTOR))
     assert still == 0.0
     assert power_at(-3.0, Torque.NONE) == 0.0
-    assert drive(Torque.NONE).hip == 0.0
+    assert drive(Torque.NONE).pull == 0.0
 
 
 def test_hip_torque_turns_the_swing_leg_forward_and_works_on_the_angle_between_the_legs() -> None:
     acting, y = drive(Torque.HIP, 30.0), moving(-3.0)
-    assert acting.hip == -30.0  # β falls as the swing leg goes forward
-    assert actuation.ankle_torque(y, acting, constants(MOTOR)) == 0.0
-    power = actuation.power(y, acting, constants(MOTOR))
+    assert acting.pull == -30.0  # β falls as the swing leg goes forward
+    assert actuation.ankle_torque(-3.0, acting, constants(MOTOR)) == 0.0
+    power = actuation.power(pose(y), acting, constants(MOTOR))
     assert power == pytest.approx(-30.0 * (y[5] - y[4]), rel=1e-15)
 
 
@@ -119,7 +129,7 @@ def test_hip_torque_and_spring_drive_kanes_equations_in_both_modes() -> None:
         rounding = 1e-15 * np.linalg.cond(matrix) * np.abs(expected).max()
         free = flow(Joints.ANKLE_FREE, Torque.HIP, y, strength, params)
         assert free[3:] == pytest.approx(expected, abs=rounding)
-        y[3] = y[4]
+        y[0], y[3] = y[1] - params.locked_ankle_angle, y[4]
         q, u = relative(y)
         du1, du3 = np.linalg.solve(*derivation.locked_system(q, u, params, -strength))
         locked = flow(Joints.ANKLE_LOCKED, Torque.HIP, y, strength, params)
@@ -149,26 +159,30 @@ def test_free_flow_without_torque_is_that_of_a_limp_ankle() -> None:
     for params in random_walkers(2, 20):
         y = random_motion(rng)
         rate = flow(Joints.ANKLE_FREE, Torque.NONE, y, STALL, params)
-        limp = swing.accelerations(False, y, 0.0, 0.0, constants(params))
+        limp = accelerations(y, 0.0, 0.0, free_chain(params), constants(params))
         assert rate == pytest.approx([*y[3:], *limp], abs=0)
 
 
-def test_locked_flow_turns_foot_and_leg_as_one_body_whatever_the_torque() -> None:
-    """The ankle's torque is internal: what is left of it is the rounding of τ − τ."""
+def test_locked_flow_is_that_without_a_motor_bit_for_bit() -> None:
+    """The ankle's torque is internal, and the locked chain has no ankle."""
     rng = np.random.default_rng(3)
     for params in random_walkers(3, 20):
-        y = random_motion(rng)
-        y[3] = y[4]
-        _, ddalpha, ddbeta = swing.accelerations(True, y, 0.0, 0.0, constants(params))
-        expected = [*y[3:], ddalpha, ddalpha, ddbeta]
-        assert flow(Joints.ANKLE_LOCKED, Torque.NONE, y, STALL, params) == pytest.approx(
-            expected, abs=0
-        )
-        matrix, _ = derivation.locked_system(*relative(y), params)
-        torque = abs(
-            actuation.ankle_torque(y, drive(Torque.MOTOR, STALL, params), constants(params))
-        )
-        pushed = np.abs(np.linalg.solve(matrix, [torque, 0.0])).sum()
-        rate = flow(Joints.ANKLE_LOCKED, Torque.MOTOR, y, STALL, params)
-        assert rate[3] == rate[4]
-        assert rate == pytest.approx(expected, abs=1e-15 * (pushed + np.abs(expected).max()))
+        y = locked_motion(rng, params)
+        still = flow(Joints.ANKLE_LOCKED, Torque.NONE, y, STALL, params)
+        du1, du3 = np.linalg.solve(*derivation.locked_system(*relative(y), params))
+        largest = np.hypot(du1, du1 + du3)
+        assert still[3:] == pytest.approx([du1, du1, du1 + du3], abs=5e-14 * largest)
+        pushed = flow(Joints.ANKLE_LOCKED, Torque.MOTOR, y, STALL, params)
+        np.testing.assert_array_equal(pushed, still)
+
+
+def test_accelerations_at_a_pose_are_those_of_the_flow() -> None:
+    rng = np.random.default_rng(5)
+    for params in random_walkers(5, 20):
+        y, chains, c = locked_motion(rng, params), chains_of(params), constants(params)
+        for torque in Torque:
+            acting = drive(torque)
+            for free in (False, True):
+                joints = Joints.ANKLE_FREE if free else Joints.ANKLE_LOCKED
+                found = accelerations_at(pose(y), free, acting, chains, c)
+                assert found == tuple(flow(joints, torque, y, STALL, params)[3:])

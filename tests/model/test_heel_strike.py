@@ -1,86 +1,45 @@
 """Heel strike: the conserving one against a momentum balance of points in the plane.
 
-The balance is written in Cartesian coordinates (n1, n2) about the spot where the feet
-are, with the velocities before from the geometry of `derivation.py` and those after
-from rigid bodies: the new stance leg and its foot turn about the new contact point,
-the trailing leg turns about the moving hip. No mass matrix, no leg swap.
+The balance is that of `tests/helpers/impacts.py`: no mass matrix, no leg swap.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
-from powered_walker_env.model.mechanics.heel_strike import heel_strike
+from powered_walker_env.model.mechanics import heel_strike as mechanics
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers import derivation as d
 from tests.helpers.derivation import Array
+from tests.helpers.impacts import (
+    Moving,
+    after,
+    before,
+    kinetic,
+    momentum_about,
+    momentum_of_trailing_leg,
+)
 from tests.helpers.published import LIMIT_CYCLES, LimitCycle
-from tests.helpers.samples import constants, landing_state, random_motion, random_walkers, relative
+from tests.helpers.samples import (
+    constants,
+    free_chain,
+    landing_state,
+    pose,
+    random_motion,
+    random_walkers,
+    relative,
+    state_of,
+)
 
 
-class Moving(NamedTuple):
-    """The two legs at one instant: the new stance leg (`lead`) and the trailing one."""
-
-    hip: Array
-    lead: Array  # position of its centre of mass
-    trail: Array
-    hip_velocity: Array
-    lead_velocity: Array
-    trail_velocity: Array
-    lead_rate: float
-    trail_rate: float
-
-
-def cross(a: Array, b: Array) -> float:
-    """The n3 component of a × b."""
-    return float(a[0] * b[1] - a[1] * b[0])
-
-
-def spun(rate: float, arm: Array) -> Array:
-    """rate n3 × arm."""
-    return rate * np.array([-arm[1], arm[0]])
-
-
-def before(y: Array, params: WalkerParams) -> tuple[Moving, Array]:
-    """The walker just before the strike, and the new contact point under the swing foot."""
-    position, velocity = d.kinematics(*relative(y), params)
-    points = [d.HIP, d.SWING_LEG, d.STANCE_LEG]
-    contact = position[d.SWING_CENTRE] - np.array([params.foot_radius, 0])
-    return Moving(*position[points], *velocity[points], y[5], y[4]), contact
-
-
-def after(walker: Moving, contact: Array, lead_rate: float, trail_rate: float) -> Moving:
-    """The same walker with its new stance leg turning about the contact point."""
-    hip_velocity = spun(lead_rate, walker.hip - contact)
-    trail_velocity = hip_velocity + spun(trail_rate, walker.trail - walker.hip)
-    lead_velocity = spun(lead_rate, walker.lead - contact)
-    velocities = (hip_velocity, lead_velocity, trail_velocity)
-    return Moving(*walker[:3], *velocities, lead_rate, trail_rate)
-
-
-def momentum_about(contact: Array, walker: Moving, params: WalkerParams) -> float:
-    """Angular momentum of both legs about the new contact point."""
-    M, I = params.leg_mass, params.leg_inertia
-    orbital = cross(walker.lead - contact, walker.lead_velocity)
-    orbital += cross(walker.trail - contact, walker.trail_velocity)
-    return I * (walker.lead_rate + walker.trail_rate) + M * orbital
-
-
-def momentum_of_trailing_leg(walker: Moving, params: WalkerParams) -> float:
-    """Angular momentum of the trailing leg about the hip."""
-    orbital = cross(walker.trail - walker.hip, walker.trail_velocity)
-    return params.leg_inertia * walker.trail_rate + params.leg_mass * orbital
-
-
-def kinetic(walker: Moving, params: WalkerParams) -> float:
-    linear = np.sum(walker.lead_velocity**2 + walker.trail_velocity**2)
-    angular = walker.lead_rate**2 + walker.trail_rate**2
-    return float(0.5 * params.leg_mass * linear + 0.5 * params.leg_inertia * angular)
+def heel_strike(y: Any, params: WalkerParams) -> Array:
+    """(φ, α, β, φ', α', β') after the package's heel strike."""
+    return state_of(mechanics.heel_strike(pose(y), free_chain(params), constants(params)))
 
 
 def strikes(seed: int, number: int = 200) -> Iterator[tuple[WalkerParams, Array, Array]]:
@@ -88,7 +47,7 @@ def strikes(seed: int, number: int = 200) -> Iterator[tuple[WalkerParams, Array,
     rng = np.random.default_rng(seed)
     for params in random_walkers(seed, number):
         y = landing_state(rng, params)
-        yield params, y, np.array(heel_strike(*y, constants(params)))
+        yield params, y, heel_strike(y, params)
 
 
 def test_random_landings_touch_the_floor_ahead_of_the_stance_foot() -> None:
@@ -145,7 +104,7 @@ def test_kinetic_energy_never_rises_and_what_is_lost_is_that_of_the_velocity_jum
     on_steps = ((p, random_motion(rng)) for p in random_walkers(6, 200))
     states = [(p, y) for p, y, _ in strikes(6)] + list(on_steps)
     for params, y in states:
-        new = np.array(heel_strike(*y, constants(params)))
+        new = heel_strike(y, params)
         walker, contact = before(y, params)
         struck = after(walker, contact, new[4], new[5])
         jump = Moving(*walker[:3], *(b - a for a, b in zip(walker[3:], struck[3:], strict=True)))
@@ -161,7 +120,7 @@ def test_strike_of_legs_that_swing_together_as_one_body_changes_nothing() -> Non
         angle, rate = rng.uniform(-1, 1, 2)
         foot = angle - params.locked_ankle_angle
         y = np.array([foot, angle, angle + math.pi, rate, rate, rate])
-        assert heel_strike(*y, constants(params)) == pytest.approx(y, rel=1e-13)
+        assert heel_strike(y, params) == pytest.approx(y, rel=1e-13)
 
 
 def test_strike_without_feet_is_that_of_goswamis_compass_gait() -> None:
@@ -189,7 +148,7 @@ def test_strike_without_feet_is_that_of_goswamis_compass_gait() -> None:
         expected = np.linalg.solve(plus, minus @ [swing_rate, stance_rate])
 
         y = (half - math.pi, half, math.pi - half, stance_rate, stance_rate, swing_rate)
-        new = heel_strike(*y, constants(params))
+        new = heel_strike(y, params)
         assert [new[5], new[4]] == pytest.approx(expected, abs=1e-13)
 
 
@@ -201,7 +160,7 @@ def test_hip_much_heavier_than_the_feet_gives_garcias_heel_strike() -> None:
     )
     for theta in (0.05, 0.2, 0.35):
         y = (theta - math.pi, theta, math.pi - theta, 0.4, 0.4, 0.3)
-        new = heel_strike(*y, constants(params))
+        new = heel_strike(y, params)
         kept = math.cos(2 * theta)
         assert new[4] == pytest.approx(0.4 * kept, abs=ratio)
         assert new[5] - new[4] == pytest.approx(-0.4 * kept * (1 - kept), abs=ratio)
@@ -226,7 +185,7 @@ def test_reference_gaits_strike_the_floor_as_they_should(cycle: LimitCycle) -> N
     """Both physics: the state before each strike goes over into the state after it."""
     q, u = np.array(cycle.pre_heelstrike[:3]), np.array(cycle.pre_heelstrike[3:])
     y = np.concatenate([d.TO_ABSOLUTE @ q, d.TO_ABSOLUTE @ u])
-    angles, rates = relative(np.array(heel_strike(*y, constants(cycle.params))))
+    angles, rates = relative(heel_strike(y, cycle.params))
     turns = (angles[2] - cycle.post_heelstrike[2]) / (2 * math.pi)
     assert turns == pytest.approx(round(turns), abs=1e-14)
     assert angles[:2] == pytest.approx(cycle.post_heelstrike[:2], abs=1e-14)

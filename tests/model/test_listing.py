@@ -19,13 +19,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from powered_walker_env.model.mechanics.chain import kinetic_energy
 from powered_walker_env.model.mechanics.heel_strike import heel_strike, new_contact
-from powered_walker_env.model.mechanics.swing import kinetic_energy
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
 from tests.helpers import derivation
 from tests.helpers.derivation import TO_ABSOLUTE, Array
 from tests.helpers.published import limit_cycle
-from tests.helpers.samples import as_published, constants, landing_state, random_walkers, relative
+from tests.helpers.samples import (
+    as_published,
+    constants,
+    free_chain,
+    landing_state,
+    pose,
+    random_walkers,
+    relative,
+    state_of,
+)
 
 PUBLISHED_GAIT = limit_cycle(AS_PUBLISHED, 692)
 
@@ -76,7 +85,7 @@ def listed_strike(y: Array, p: WalkerParams, *, first: bool, second: bool) -> Ar
 
 def rates(y: Array, params: WalkerParams) -> Any:
     """(φ', α', β') after the package's heel strike."""
-    return np.array(heel_strike(*y, constants(params)))[3:]
+    return state_of(heel_strike(pose(y), free_chain(params), constants(params)))[3:]
 
 
 def before_strike(cycle: Any) -> Array:
@@ -114,8 +123,8 @@ def test_departure_1_moves_the_new_contact_point_by_minus_2_L_sin_beta() -> None
     rng = np.random.default_rng(3)
     for params in random_walkers(3, 100):
         y = landing_state(rng, params)
-        right = new_contact(*y[:3], constants(params))
-        listed = new_contact(*y[:3], constants(as_published(params)))
+        right = new_contact(pose(y), constants(params))
+        listed = new_contact(pose(y), constants(as_published(params)))
         q, _ = relative(y)
         assert listed - right == pytest.approx(-2j * params.leg_length * math.sin(y[2]), abs=1e-14)
         assert right.imag == pytest.approx(reach(q, params, departure=False), abs=1e-14)
@@ -127,10 +136,10 @@ def test_departure_1_puts_the_new_contact_of_a_symmetric_step_on_the_old_one() -
     for D in (0.0, 0.1):
         walker = WalkerParams(foot_length=D, foot_radius=0.3, locked_ankle_angle=math.pi)
         for angle in (0.1, 0.3, 0.5):
-            y = (angle - math.pi, angle, math.pi - angle)
-            step = new_contact(*y, constants(walker)).imag
+            y = (angle - math.pi, angle, math.pi - angle, 0.0, 0.0, 0.0)
+            step = new_contact(pose(y), constants(walker)).imag
             assert step == pytest.approx(2 * (1 - D) * math.sin(angle), rel=1e-14)
-            listed = new_contact(*y, constants(as_published(walker)))
+            listed = new_contact(pose(y), constants(as_published(walker)))
             assert listed == pytest.approx(-2j * D * math.sin(angle), abs=1e-15)
 
 
@@ -164,8 +173,9 @@ def test_published_gait_keeps_92_percent_of_its_energy_but_36_where_momentum_is_
     y = before_strike(PUBLISHED_GAIT)
 
     def kept(params: WalkerParams) -> float:
-        c = constants(params)
-        return kinetic_energy(*heel_strike(*y, c), c) / kinetic_energy(*y, c)
+        c, chain = constants(params), free_chain(params)
+        struck = heel_strike(pose(y), chain, c)
+        return float(kinetic_energy(struck, chain, c) / kinetic_energy(pose(y), chain, c))
 
     assert kept(PUBLISHED_GAIT.params) == pytest.approx(0.92, abs=0.005)
     conserving = PUBLISHED_GAIT.params.replace(physics=CONSERVING)

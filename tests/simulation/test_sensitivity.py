@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import time
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, WalkerParams
-from powered_walker_env.model.mechanics.constants import PACKED, pack
-from powered_walker_env.model.phases import Cycle, Outcome
+from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import (
     ANGLE,
     MOTOR,
@@ -25,17 +22,15 @@ from powered_walker_env.model.powering import (
     scheme_of,
 )
 from powered_walker_env.poincare.maps import StrideMap
-from powered_walker_env.simulation import record
-from powered_walker_env.simulation.derivatives import directions, run_derivatives
-from powered_walker_env.simulation.strides import run_batch
 from tests.helpers.derivation import Array
+from tests.helpers.differences import INPUTS, difference, outputs, point_of, variational
 from tests.helpers.published import PASSIVE_GAITS, TOE_OFF_GAITS
 from tests.helpers.samples import POWERED
+from tests.model.test_locking import WALKS, Walk
 from tests.model.test_push_off import simplest
-from tests.model.test_stop import WALKS, Walk
 
-DIRECTIONS = 6 + PACKED - 1  # state 4, control 2, and the numbers of a packed walker
-EVERY = np.eye(DIRECTIONS, 6 + PACKED)
+DIRECTIONS = INPUTS - 1  # the last of a walker's numbers is its physics
+EVERY = np.eye(DIRECTIONS, INPUTS)
 NAMES = [*(f"state {i}" for i in range(4)), "angle", "strength"] + [
     field.name for field in dataclasses.fields(WalkerParams) if field.name != "physics"
 ]
@@ -45,38 +40,14 @@ AT_THE_HIP = [
 ]
 
 
-def derivative(cycle: Cycle, point: Array, rtol: float = 1e-13) -> Array:
-    """(OUTPUTS, DIRECTIONS) by the variational equations."""
-    parts = (point[np.newaxis, cut] for cut in (slice(4), slice(4, 6), slice(6, None)))
-    strides, derivatives = run_derivatives(cycle, *parts, rtol, EVERY)
-    assert strides.outcome[0] == Outcome.WALKED
-    return derivatives[0]
-
-
-def outputs(cycle: Cycle, points: Array) -> Array:
-    """(N, OUTPUTS) of plain strides, NaN for falls; each row of points is its own walker."""
-    parts = (np.ascontiguousarray(points[:, cut]) for cut in (slice(4), slice(4, 6)))
-    walkers = np.ascontiguousarray(points[:, 6:])
-    results = run_batch(cycle, *parts, walkers, np.zeros(1), 1e-13).results
-    wanted = (record.DURATION, record.STEP_LENGTH)
-    return np.column_stack([results[:, record.STATE], *(results[:, k] for k in wanted)])
-
-
-def difference(cycle: Cycle, point: Array, column: int, h: float) -> Array:
-    """Sixth-order central difference (Richardson's, twice) in one direction."""
-    offsets = np.array([-3, -2, -1, 1, 2, 3])
-    points = np.tile(point, (6, 1))
-    points[:, column] += offsets * h
-    return np.array([-1, 9, -45, 45, -9, 1]) @ outputs(cycle, points) / (60 * h)
-
-
 def agree(
     params: WalkerParams, state: Array, control: AnyControl | None, within: float = 1e-8
 ) -> Array:
     """Every column to 1e-8 of its largest entry (of all entries, for state and control)."""
     scheme = scheme_of(control)
-    point = np.concatenate([state, scheme.row(control), pack(params)])
-    exact = derivative(scheme.cycle, point)
+    point = point_of(state, scheme.row(control), params)
+    strides, exact = variational(scheme.cycle, point, EVERY)
+    assert strides.outcome[0] == Outcome.WALKED
     # Controls that the scheme has not, and no limit at all, change nothing. A mass that leaves
     # the hip is another walker: the limit of massless feet has no derivative by its place.
     nothing = [4 + column for column in (ANGLE, STRENGTH) if column not in scheme.columns]
@@ -86,7 +57,8 @@ def agree(
     for column in (k for k in range(DIRECTIONS) if k not in skipped):
         size = abs(point[column]) or 1.0
         tries = [
-            difference(scheme.cycle, point, column, size * 10**-e) for e in np.arange(2, 7, 0.5)
+            difference(scheme.cycle, point, EVERY[column], size * 10**-e)
+            for e in np.arange(2, 7, 0.5)
         ]
         largest = max(np.abs(exact[:, column]).max(), 1e-3)
         gap = np.nanmin([np.abs(exact[:, column] - one).max() for one in tries])
@@ -136,7 +108,7 @@ def test_a_map_over_two_strides_has_the_product_of_derivatives() -> None:
 
 def test_the_stride_with_derivatives_is_the_stride_without_bit_for_bit() -> None:
     params, control, state, _ = PRESETS["camp1997"]
-    point = np.concatenate([state, MOTOR.row(control), pack(params)])
+    point = point_of(np.array(state), MOTOR.row(control), params)
     plain = outputs(MOTOR.cycle, point[np.newaxis])[0, :4]
     np.testing.assert_array_equal(StrideMap(params, control).differentiate(point[:4]).state, plain)
 
@@ -146,30 +118,6 @@ def test_after_a_fall_the_derivatives_are_not_numbers() -> None:
     mapped = StrideMap(params, control).differentiate((-1.0, 0.2, 0.0, 0.0))
     assert mapped.outcome == Outcome.FELL_BACKWARD
     assert np.isnan(mapped.by_state).all()
-
-
-@pytest.mark.slow  # a timing: quiet machines only
-def test_a_stride_with_the_derivatives_of_a_jacobian_costs_at_most_8_plain_ones() -> None:
-    params, control, state, _ = PRESETS["camp1997"]
-    count, rtol, changes = 200, 1e-9, directions(MOTOR)
-    starts = np.tile(np.array(state), (count, 1))
-    controls = np.tile(MOTOR.row(control), (count, 1))
-    arguments = (MOTOR.cycle, starts, controls, pack(params)[np.newaxis])
-
-    def seconds(run: Callable[[], object]) -> float:
-        begin = time.process_time()
-        run()
-        return time.process_time() - begin
-
-    def plain() -> None:
-        run_batch(*arguments, np.zeros(1), rtol)
-
-    def differentiated() -> None:
-        run_derivatives(*arguments, rtol, changes)
-
-    plain(), differentiated()
-    pairs = [(seconds(differentiated), seconds(plain)) for _ in range(15)]
-    assert min(pair[0] for pair in pairs) < 8 * min(pair[1] for pair in pairs)
 
 
 # Schemes: toe-off, hip torque, a motor with a stop, a hip spring, a limit of the torque.

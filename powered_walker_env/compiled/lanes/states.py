@@ -13,7 +13,6 @@ from numba.extending import intrinsic
 from powered_walker_env.compiled.lanes.arithmetic import Code
 from powered_walker_env.compiled.lanes.kinds import (
     ALIGNMENT,
-    MEMBERS,
     Dual,
     Lanes,
     Mask,
@@ -89,10 +88,10 @@ def blend_state(typing_context, rows, row, mask, state):
 
 @intrinsic
 def plus(typing_context, a, factor, b):
-    """a + factor·b, number by number."""
-    if a not in (State, DualState) or b not in (State, DualState):
+    """a + factor·b, number by number; the factor does not change."""
+    if a not in (State, DualState) or b not in (State, DualState) or factor == Dual:
         return None
-    factor = factor if factor in MEMBERS else types.float64
+    factor = factor if factor == Lanes else types.float64
 
     def code(context, builder, signature, args):
         left = _numbers(context, builder, signature.args[0], args[0])

@@ -20,6 +20,8 @@ class Dual:
     value: Any
     tangent: Any
 
+    __array_ufunc__ = None  # numpy's arrays leave what they have to do with it to it
+
     def __add__(self, other: Any) -> Dual:
         value, tangent = _parts(other)
         return Dual(self.value + value, self.tangent + tangent)

@@ -1,4 +1,5 @@
-"""Swing: both modes against Kane's method, and the laws their solutions must keep."""
+"""The chain of links: both modes against Kane's method, the laws that their solutions must keep,
+and chains of any three links against Lagrange's equations of their points."""
 
 from __future__ import annotations
 
@@ -9,11 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from powered_walker_env.model.mechanics import swing
+from powered_walker_env.model.mechanics import chain, locking
+from powered_walker_env.model.mechanics.constants import Chain, Constants
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers import derivation
 from tests.helpers.derivation import TO_ABSOLUTE, TO_RELATIVE, Array
-from tests.helpers.samples import constants, random_motion, random_walkers, relative, sprung
+from tests.helpers.samples import (
+    constants,
+    derivative,
+    free_chain,
+    locked_chain,
+    pose,
+    random_motion,
+    random_walkers,
+    relative,
+    sprung,
+)
 
 THESIS = WalkerParams(slope=0.01)
 REVERSED = np.array([1.0, 1, 1, -1, -1, -1])
@@ -34,28 +46,46 @@ def hip_draws(seed: int) -> Iterator[tuple[WalkerParams, Array, float, float]]:
         yield sprung(params, rng), y, torque, rng.uniform(-1, 1) * abs(torque)
 
 
+def at_rest_in_the_ankle(y: Array, params: WalkerParams) -> Array:
+    """The same motion with the ankle at its stop."""
+    alpha, dalpha = y[1], y[4]
+    return np.array([alpha - params.locked_ankle_angle, *y[1:3], dalpha, dalpha, y[5]])
+
+
+def locked_draws(seed: int) -> Iterator[tuple[WalkerParams, Array, float, float]]:
+    """Those with a hip, their ankles locked."""
+    for params, y, torque, hip in hip_draws(seed):
+        yield params, at_rest_in_the_ankle(y, params), torque, hip
+
+
+def square(m: chain.Mass) -> Array:
+    """The whole matrix from its upper triangle."""
+    return np.array([[m.m11, m.m12, m.m13], [m.m12, m.m22, m.m23], [m.m13, m.m23, m.m33]])
+
+
 def mass_matrix(y: Array, params: WalkerParams) -> Array:
-    c = constants(params)
-    m11, m12, m13, m22, m23, m33 = swing.mass_matrix(*swing.vectors(*y[:3], c), c)
-    return np.array([[m11, m12, m13], [m12, m22, m23], [m13, m23, m33]])
+    return square(chain.mass_matrix_at(pose(y), free_chain(params), constants(params)))
 
 
 def bias(y: Array, params: WalkerParams) -> Array:
-    c = constants(params)
-    return np.array(swing.bias(*swing.vectors(*y[:3], c), *y[3:], c))
+    at, c = pose(y), constants(params)
+    coupled = chain.couplings(at.foot, at.stance, at.swing, free_chain(params), c)
+    return np.array(chain.bias(coupled, *y[3:], free_chain(params), c))
 
 
 def free(y: Array, torque: float, params: WalkerParams, hip: float = 0.0) -> Array:
     """(φ'', α'', β'') with the ankle free."""
-    return np.array(swing.accelerations(False, y, torque, hip, constants(params)))
+    return np.array(chain.accelerations(y, torque, hip, free_chain(params), constants(params)))
 
 
-def locked(y: Array, params: WalkerParams, hip: float = 0.0) -> Array:
-    """(α'', β'') for φ' = α'; y[3] is not used."""
-    moving = np.array([*y[:3], y[4], y[4], y[5]])
-    ddphi, *others = swing.accelerations(True, moving, 0.0, hip, constants(params))
-    assert ddphi == others[0]
-    return np.array(others)
+def locked(y: Array, params: WalkerParams, hip: float = 0.0, torque: float = 0.0) -> Array:
+    """(α'', β'') with the ankle locked; what of y is not the chain's is not used."""
+    of_chain = (y[0], 0.0, y[2], y[3], 0.0, y[5])
+    first, none, last = chain.accelerations(
+        of_chain, torque, hip, locked_chain(params), constants(params)
+    )
+    assert none == 0.0
+    return np.array([first, last])
 
 
 def assert_close(ours: Any, theirs: Any, tolerance: float) -> None:
@@ -88,15 +118,16 @@ def test_free_accelerations_with_a_hip_spring_and_a_hip_torque_are_those_of_kane
 
 
 def test_locked_accelerations_with_a_hip_spring_and_a_hip_torque_are_those_of_kanes() -> None:
-    for params, y, _, hip in hip_draws(3):
-        q, u = relative(np.concatenate([y[:3], y[4:5], y[4:]]))
+    for params, y, _, hip in locked_draws(3):
+        q, u = relative(y)
         du1, du3 = np.linalg.solve(*derivation.locked_system(q, u, params, hip))
         assert_close(locked(y, params, hip), (du1, du1 + du3), 5e-14)
 
 
 def test_locked_accelerations_are_those_of_kanes_method() -> None:
-    for params, y, _ in draws(3):
-        q, u = relative(np.concatenate([y[:3], y[4:5], y[4:]]))
+    for params, motion, _ in draws(3):
+        y = at_rest_in_the_ankle(motion, params)
+        q, u = relative(y)
         du1, du3 = np.linalg.solve(*derivation.locked_system(q, u, params))
         assert_close(locked(y, params), (du1, du1 + du3), 5e-14)
 
@@ -104,7 +135,7 @@ def test_locked_accelerations_are_those_of_kanes_method() -> None:
 def test_kinetic_energy_is_half_m_v_squared_of_the_centres_of_mass_and_their_spin() -> None:
     for params, y, _ in draws(4):
         expected = derivation.energies(*relative(y), params)
-        kinetic = swing.kinetic_energy(*y, constants(params))
+        kinetic = chain.kinetic_energy(pose(y), free_chain(params), constants(params))
         assert kinetic == pytest.approx(expected.kinetic, rel=1e-14)
 
 
@@ -112,9 +143,9 @@ def test_potential_energy_is_the_weight_times_the_height_against_gravity() -> No
     for params, y, _ in draws(5):
         scale = params.leg_mass * params.gravity * params.leg_length
         expected = derivation.energies(*relative(y), params)
-        potential = swing.potential_energy(*y[:3], constants(params))
+        potential = chain.potential_energy(pose(y), free_chain(params), constants(params))
         assert potential == pytest.approx(expected.potential, abs=1e-14 * scale)
-        total = swing.energy(*y, constants(params))
+        total = chain.energy(pose(y), free_chain(params), constants(params))
         both = expected.kinetic + expected.potential
         assert total == pytest.approx(both, rel=1e-14, abs=1e-14 * scale)
 
@@ -138,7 +169,7 @@ def test_energy_with_a_hip_spring_grows_at_the_rate_of_both_torques_power() -> N
         q, u = relative(y)
         expected = derivation.energies(q, u, params)
         scale = params.leg_mass * params.gravity * params.leg_length
-        total = swing.energy(*y, constants(params))
+        total = chain.energy(pose(y), free_chain(params), constants(params))
         both = expected.kinetic + expected.potential
         assert total == pytest.approx(both, rel=2e-14, abs=2e-14 * scale)
         acceleration = TO_RELATIVE @ free(y, torque, params, hip)
@@ -151,13 +182,19 @@ def test_hip_spring_is_slack_with_the_legs_together_and_pulls_them_together_othe
     params = THESIS.replace(hip_stiffness=50.0)
     for alpha, apart in ((0.3, 0.0), (0.3, 0.4), (-0.2, -0.5)):
         y = (alpha - 2.0, alpha, alpha + math.pi + apart, 0.0, 0.0, 0.0)
-        torque = swing.spring_torque(y, constants(params))
-        assert torque == pytest.approx(-50.0 * apart, abs=1e-13)
+        bend = chain.hip_bend(*y[:3], free_chain(params))
+        assert bend == pytest.approx(apart, abs=1e-15)
+        pull, slack = free(y, 0.0, params), free(y, 0.0, params.replace(hip_stiffness=0.0))
+        expected = free(y, 0.0, params.replace(hip_stiffness=0.0), -50.0 * apart)
+        assert pull == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+        assert (np.abs(pull - slack).max() > 1.0) == (apart != 0.0)
+        stopped = (alpha - params.locked_ankle_angle, 0.0, y[2])
+        assert chain.hip_bend(*stopped, locked_chain(params)) == pytest.approx(apart, abs=1e-15)
 
 
 def test_energy_is_kept_along_the_locked_flow() -> None:
-    for params, y, _ in draws(8):
-        y[3] = y[4]
+    for params, motion, _ in draws(8):
+        y = at_rest_in_the_ankle(motion, params)
         q, u = relative(y)
         ddalpha, ddbeta = locked(y, params)
         flow = np.concatenate([u, [ddalpha, 0, ddbeta - ddalpha]])
@@ -167,7 +204,11 @@ def test_energy_is_kept_along_the_locked_flow() -> None:
 
 def test_mirrored_walker_moves_as_its_mirror_image() -> None:
     for params, y, torque in draws(10):
-        image = params.replace(com_across=-params.com_across, slope=-params.slope)
+        image = params.replace(
+            com_across=-params.com_across,
+            slope=-params.slope,
+            locked_ankle_angle=-params.locked_ankle_angle,
+        )
         assert_close(free(-y, -torque, image), -free(y, torque, params), 1e-15)
         assert_close(locked(-y, image), -locked(y, params), 1e-15)
 
@@ -199,8 +240,8 @@ def test_heavier_walker_moves_alike_and_a_larger_one_slower_by_the_root_of_its_s
 
 
 def test_locked_walker_is_the_free_one_with_the_torque_that_holds_the_ankle() -> None:
-    for params, y, _ in draws(13):
-        y[3] = y[4]
+    for params, motion, _ in draws(13):
+        y = at_rest_in_the_ankle(motion, params)
         unit = params.leg_mass * params.gravity * params.leg_length
         slack, pushed = free(y, 0.0, params), free(y, unit, params)
         response = pushed - slack
@@ -233,3 +274,105 @@ def test_hip_much_heavier_than_the_feet_gives_garcias_simplest_walker() -> None:
         ddalpha = -ddtheta
         expected = [ddalpha, ddphi + ddalpha]
         assert locked(motion, params) == pytest.approx(expected, abs=2 * ratio)
+
+
+def test_the_locked_chain_is_the_free_one_with_the_rows_and_columns_of_foot_and_leg_added() -> None:
+    """The lock of any two links (`locking.py`), as a plastic impact has it, and in the flow."""
+    for params, y, _, hip in locked_draws(15):
+        c, at = constants(params), pose(y)
+        whole = chain.mass_matrix_at(at, free_chain(params), c)
+        pair = locking.ankle_locked(whole)
+        of_chain = chain.couplings(at.foot, 1.0 + 0j, at.swing, locked_chain(params), c)
+        found = square(chain.mass_matrix(of_chain, locked_chain(params), c))
+        assert_close(found, square(pair), 1e-14)
+        b1, none, b3 = chain.bias(of_chain, y[3], 0.0, y[5], locked_chain(params), c)
+        foot, leg, swing_leg = bias(y, params)
+        assert none == 0.0
+        assert_close((b1, b3), (foot + leg, swing_leg), 5e-14)
+        spring = hip - c.hip_stiffness * chain.hip_bend(*y[:3], free_chain(params))
+        expected = np.linalg.solve(
+            square(pair)[np.ix_([0, 2], [0, 2])], [-spring - b1, spring - b3]
+        )
+        assert_close(locked(y, params, hip), expected, 5e-14)
+
+
+def test_a_torque_at_a_locked_ankle_moves_nothing() -> None:
+    for params, y, torque, hip in locked_draws(16):
+        np.testing.assert_array_equal(locked(y, params, hip, torque), locked(y, params, hip))
+
+
+def test_momenta_are_the_mass_matrix_times_the_rates_and_solve_gives_the_rates_back() -> None:
+    for params, y, _ in draws(17):
+        c = constants(params)
+        m = chain.mass_matrix_at(pose(y), free_chain(params), c)
+        momenta = chain.momenta(m, *y[3:], c)
+        assert_close(momenta, square(m) @ y[3:], 1e-15)
+        conditioning = 1e-15 * np.linalg.cond(square(m))
+        assert_close(chain.solve(m, *momenta, c), y[3:], conditioning)
+
+
+class Links:
+    """Three links whose masses lie anywhere, on a round foot; vectors up + i·forward."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.masses, self.spins = rng.uniform(0.5, 2.0, 3), rng.uniform(0.1, 1.0, 3)
+        vectors = rng.normal(size=(6, 2)) @ np.array([1.0, 1j])
+        self.levers, self.places = vectors[:3], vectors[3:]
+        self.radius, self.gravity = rng.uniform(0.1, 0.5), complex(*rng.normal(size=2))
+
+    def lagrangian(self, y: Array) -> float:
+        """Kinetic less potential energy, from where the masses are and how they move."""
+        joint, moving = complex(0.0, self.radius * y[0]), complex(0.0, self.radius * y[3])
+        total = 0.0
+        for k in range(3):
+            turned = complex(math.cos(y[k]), math.sin(y[k]))
+            at = joint + self.places[k] * turned
+            velocity = moving + 1j * self.places[k] * turned * y[3 + k]
+            total += 0.5 * self.masses[k] * abs(velocity) ** 2 + 0.5 * self.spins[k] * y[3 + k] ** 2
+            total -= self.masses[k] * (self.gravity.conjugate() * at).real
+            joint += self.levers[k] * turned
+            moving += 1j * self.levers[k] * turned * y[3 + k]
+        return float(total)
+
+    def chain(self) -> Chain:
+        """Its levers, moments and inertias as `Chain` says them."""
+        beyond = np.array([self.masses[1:].sum(), self.masses[2], 0.0])  # hangs on the link
+        moments = self.masses * self.places + beyond * self.levers
+        inertias = self.spins + self.masses * abs(self.places) ** 2 + beyond * abs(self.levers) ** 2
+        inertias[0] += self.masses.sum() * self.radius**2
+        names = ("inertia1", "inertia2", "inertia3")
+        moment1, moment2, moment3 = moments.tolist()
+        return Chain(
+            lever1=complex(self.levers[0]), lever2=complex(self.levers[1]),
+            moment1=moment1, moment2=moment2, moment3=moment3,
+            **dict(zip(names, inertias.tolist(), strict=True)), share3=1.0 / float(inertias[2]),
+            roll=float(self.masses.sum()) * self.radius,
+            hip1=0.0, hip2=-1.0, hip3=1.0, hip0=0.0, ankle=1.0,
+        )  # fmt: skip
+
+    def constants(self) -> Constants:
+        """Half its mass stands for a leg's; there is no spring."""
+        whole = 0.5 * float(self.masses.sum())
+        walker = WalkerParams(foot_radius=self.radius, leg_mass=whole)
+        return constants(walker)._replace(g=self.gravity)
+
+
+def test_any_three_links_move_as_lagrange_has_it() -> None:
+    """d/dt ∂L/∂θ' = ∂L/∂θ + torques: the data of a chain are all that a walker is."""
+    rng = np.random.default_rng(18)
+    for _ in range(30):
+        links, y, (ankle, hip) = Links(rng), random_motion(rng), rng.normal(size=2)
+        data, c = links.chain(), links.constants()
+        at = chain.couplings(*np.exp(1j * y[:3]).tolist(), data, c)
+        momenta = chain.momenta(chain.mass_matrix(at, data, c), *y[3:], c)
+        by = [derivative(links.lagrangian, y, one) for one in np.eye(6)]
+        assert_close(momenta, by[3:], 1e-11)
+        accelerations = chain.accelerations(y, ankle, hip, data, c)
+        flow = np.array([*y[3:], *accelerations])
+
+        def momentum(state: Array, link: int, links: Links = links) -> float:
+            return derivative(links.lagrangian, state, np.eye(6)[3 + link])
+
+        change = [derivative(lambda s, k=k: momentum(s, k), y, flow) for k in range(3)]
+        forces = by[:3] + np.array([ankle, -ankle - hip, hip])
+        assert change == pytest.approx(forces, abs=1e-7 * (1 + np.abs(flow).max()))

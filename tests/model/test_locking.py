@@ -1,4 +1,4 @@
-"""The ankle's stop: a plastic impact, and holding until there is nothing to hold.
+"""A joint that locks, the ankle's stop: a plastic impact, and holding until nothing is to hold.
 
 Against Kane's equations in relative angles (`derivation.py`), where a torque at the ankle
 stands in one equation alone, and strides against scipy's integrator.
@@ -10,16 +10,27 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from powered_walker_env.model.mechanics.stop import caught, stance_momenta, stop
 
 from powered_walker_env import PRESETS, Control, WalkerParams, stride
-from powered_walker_env.model.mechanics import actuation
+from powered_walker_env.model.mechanics import actuation, guards
+from powered_walker_env.model.mechanics.chain import mass_matrix_at, momenta
+from powered_walker_env.model.mechanics.locking import ankle_caught
 from powered_walker_env.model.phases import Outcome, Torque
 from powered_walker_env.model.powering import StoppedControl
 from powered_walker_env.simulation.trajectory import log_stride
 from tests.helpers import derivation as d
 from tests.helpers.derivation import TO_ABSOLUTE, Array
-from tests.helpers.samples import constants, random_motion, random_walkers, relative
+from tests.helpers.samples import (
+    constants,
+    derivative,
+    free_chain,
+    locked_chain,
+    pose,
+    random_motion,
+    random_walkers,
+    relative,
+    state_of,
+)
 from tests.helpers.second_integrator import needed_torque, stopped_at, stride_with_stop
 
 HELD, POWERED = 1, 2  # phases of a motor with a stop
@@ -30,6 +41,19 @@ COMES_BACK = ("round-foot", 3.3, 1000.0)
 TOO_WEAK = ("round-foot", 2.5, 500.0)
 WALKS = (LETS_GO, COMES_BACK, TOO_WEAK)
 Walk = tuple[str, float, float]
+
+
+def caught(y: Array, params: WalkerParams) -> Array:
+    """The state after the stop."""
+    return state_of(ankle_caught(pose(y), free_chain(params), constants(params)))
+
+
+def kept_momenta(y: Array, params: WalkerParams) -> tuple[float, float]:
+    """Those of foot and stance leg together, and of the swing leg."""
+    c = constants(params)
+    m = mass_matrix_at(pose(y), free_chain(params), c)
+    foot, stance, swing = momenta(m, *y[3:], c)
+    return foot + stance, swing
 
 
 def at_the_stop(seed: int, number: int = 150) -> Iterator[tuple[WalkerParams, Array]]:
@@ -47,13 +71,17 @@ def test_stop_is_the_distance_of_the_ankle_from_it_positive_when_extended() -> N
     for params in random_walkers(1, 20):
         y = random_motion(rng)
         (_, q2, _), (_, u2, _) = relative(y)
-        expected = (params.locked_ankle_angle - q2, -u2)
-        assert stop(y, constants(params)) == pytest.approx(expected, abs=1e-14)
+        c = constants(params)
+        expected = params.locked_ankle_angle - q2
+        assert guards.stop(pose(y), c) == pytest.approx(expected, abs=1e-14)
+        motion = np.array([*y[3:], 0.0, 0.0, 0.0])
+        rate = derivative(lambda s, c=c: guards.stop(pose(s), c), y, motion)
+        assert rate == pytest.approx(-u2, abs=1e-11)
 
 
 def test_after_the_stop_the_ankle_is_locked_and_nothing_has_moved() -> None:
     for params, y in at_the_stop(2):
-        new = caught(y, constants(params))
+        new = caught(y, params)
         assert tuple(new[:3]) == tuple(y[:3])
         assert new[3] == new[4]
 
@@ -61,14 +89,13 @@ def test_after_the_stop_the_ankle_is_locked_and_nothing_has_moved() -> None:
 def test_rates_after_the_stop_are_those_of_an_impulsive_torque_in_kanes_equations() -> None:
     for params, y in at_the_stop(3):
         expected = TO_ABSOLUTE @ stopped_at(*relative(y), params)
-        new = np.array(caught(y, constants(params)))
+        new = caught(y, params)
         assert new[3:] == pytest.approx(expected, abs=2e-13 * (1 + np.abs(expected).max()))
 
 
 def test_momenta_of_foot_with_stance_leg_and_of_the_swing_leg_are_kept() -> None:
     for params, y in at_the_stop(4):
-        c = constants(params)
-        before, after = stance_momenta(y, c), stance_momenta(caught(y, c), c)
+        before, after = kept_momenta(y, params), kept_momenta(caught(y, params), params)
         scale = np.sqrt(d.energies(*relative(y), params).kinetic * params.leg_mass)
         assert after == pytest.approx(before, abs=1e-14 * scale * 2 * params.leg_length)
 
@@ -79,13 +106,13 @@ def test_momenta_are_the_derivatives_of_the_kinetic_energy_by_the_rates() -> Non
         absolute = d.TO_RELATIVE.T @ gradient  # by φ', α', β'
         expected = [absolute[0] + absolute[1], absolute[2]]
         scale = 1e-14 * np.abs(absolute).max()
-        assert stance_momenta(y, constants(params)) == pytest.approx(expected, abs=scale)
+        assert kept_momenta(y, params) == pytest.approx(expected, abs=scale)
 
 
 def test_stop_never_gives_energy_and_takes_that_of_the_velocity_jump() -> None:
     """Carnot's theorem, true of a plastic impact and of no other."""
     for params, y in at_the_stop(6):
-        new = np.array(caught(y, constants(params)))
+        new = caught(y, params)
         q, before = relative(y)
         _, after = relative(new)
         kinetic = d.energies(q, before, params).kinetic
@@ -98,7 +125,7 @@ def test_stop_never_gives_energy_and_takes_that_of_the_velocity_jump() -> None:
 def test_an_ankle_at_rest_is_caught_without_loss() -> None:
     for params, y in at_the_stop(7, 50):
         y[3] = y[4]
-        assert caught(y, constants(params)) == pytest.approx(y, rel=1e-12)
+        assert caught(y, params) == pytest.approx(y, rel=1e-12)
 
 
 def test_holding_torque_is_what_kanes_free_walker_needs_to_keep_its_ankle() -> None:
@@ -107,9 +134,10 @@ def test_holding_torque_is_what_kanes_free_walker_needs_to_keep_its_ankle() -> N
         y[3] = y[4]
         c, unit = constants(params), params.leg_mass * params.leg_length
         stall = unit * params.gravity * rng.uniform(0, 2)
-        acting = actuation.drive(int(Torque.MOTOR), stall, c)
-        slope = actuation.flow(True, y, acting, c)
-        held = actuation.holding_torque(y, slope, acting, c) * actuation.stop_unit(c)
+        acting = actuation.drive(Torque.MOTOR, stall)
+        chains = locked_chain(params), free_chain(params)
+        over_unit = guards.holding_torque.py_func(pose(y), acting, *chains, c)
+        held = over_unit * guards.holding_unit(c)
         needed = needed_torque(*relative(y), params)
         mass, _ = d.powered_system(*relative(y), 0.0, params)
         rounding = 1e-15 * np.linalg.cond(mass) * (abs(needed) + stall)
