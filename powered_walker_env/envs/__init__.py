@@ -2,7 +2,8 @@
 
 walker, vector: the environments; `sb3.py` beside this room adapts them to Stable-Baselines3.
 registration: ids. arguments, setup, task: from constructor arguments to a checked task.
-rewards, disturbances, levels: what a stride is worth, and what disturbs it.
+rewards, disturbances, levels: what a stride is worth, and what disturbs it; paths: a function
+of one's own, written as text.
 stepping, noise: compiled. show, gallery, recording: pictures.
 """
 

@@ -17,18 +17,24 @@ map like any other.
 """
 
 from powered_walker_env.model.powering import FunctionPolicy, Policy
-from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
-from powered_walker_env.poincare.branches.boundary import (
+from powered_walker_env.poincare.branches import (
+    BifurcationDiagram,
     Boundary,
+    Branch,
+    Cascade,
+    CurveEnd,
+    EndReason,
+    Ramp,
+    SpecialKind,
+    SpecialPoint,
+    bifurcation_diagram,
     continue_boundary,
+    continue_gait,
+    doubling_cascade,
     stability_boundaries,
+    stable_gait,
+    switch_branch,
 )
-from powered_walker_env.poincare.branches.branch import Branch
-from powered_walker_env.poincare.branches.cascades import Cascade, doubling_cascade
-from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
-from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
-from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
-from powered_walker_env.poincare.branches.starts import stable_gait
 from powered_walker_env.poincare.energy import (
     ContactReport,
     Costs,
@@ -45,15 +51,18 @@ from powered_walker_env.poincare.energy import (
 )
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import MapPoint, StrideMap
-from powered_walker_env.poincare.regions.basins import Basin, basin
-from powered_walker_env.poincare.regions.slices import (
+from powered_walker_env.poincare.regions import (
     SLICES,
+    Basin,
+    BasinVolume,
     Slice,
+    Viability,
+    basin,
+    basin_volume,
     schwab_wisse_slice,
     slice_through,
+    viable_states,
 )
-from powered_walker_env.poincare.regions.viability import Viability, viable_states
-from powered_walker_env.poincare.regions.volumes import BasinVolume, basin_volume
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.search import find_gaits
 from powered_walker_env.poincare.stability import (
@@ -67,7 +76,7 @@ from powered_walker_env.poincare.stability import (
     trap_around,
 )
 from powered_walker_env.poincare.wanted import find_gait_with
-from powered_walker_env.poincare.work.pieces import LostWorkersError, run_chains, run_pieces
+from powered_walker_env.poincare.work import LostWorkersError, run_chains, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
@@ -92,6 +101,7 @@ __all__ = [
     "LyapunovExponent",
     "MapPoint",
     "Policy",
+    "Ramp",
     "Regulator",
     "Slice",
     "SpecialKind",

@@ -23,12 +23,7 @@ def zoo(folder: Path, module: str, *arguments: str) -> str:
     done = subprocess.run(
         [sys.executable, "-m", f"rl_zoo3.{module}", *arguments],
         cwd=folder,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(ROOT),
-            "SDL_VIDEODRIVER": "dummy",
-            "OMP_NUM_THREADS": "1",
-        },
+        env={**os.environ, **QUIET, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,

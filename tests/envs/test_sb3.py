@@ -224,7 +224,7 @@ def test_the_rest_of_the_interface() -> None:
 def test_environments_of_others_are_refused() -> None:
     with pytest.raises(ValueError, match=r"this package .* got 'CartPole-v1'"):
         PoweredWalkerVecEnv("CartPole-v1", 2)
-    with pytest.raises(ValueError, match=r"got 'PoweredWalker-v0': .* no argument 'speed'"):
+    with pytest.raises(ValueError, match=r"got 'PoweredWalker-v0': .* keyword argument 'speed'"):
         PoweredWalkerVecEnv("PoweredWalker-v0", 2, speed=3)
     with pytest.raises(ValueError, match="autoreset_mode is 'SameStep' here"):
         PoweredWalkerVecEnv("PoweredWalker-v0", 2, autoreset_mode="Disabled")

@@ -184,3 +184,11 @@ def test_an_existing_folder_is_refused_and_an_interruption_leaves_nothing(
     with pytest.raises(KeyboardInterrupt):
         reproduce(tmp_path / "new", nodes=2, progress=interrupt)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_that_cannot_be_made_is_said_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    worked: list[tuple[int, int, float]] = []
+    with pytest.raises(OSError, match="file"):
+        reproduce(tmp_path / "file" / "again", progress=lambda *state: worked.append(state))
+    assert not worked

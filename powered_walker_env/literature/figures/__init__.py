@@ -57,6 +57,7 @@ def reproduce(
 
     Raises:
         FileExistsError: the folder exists, and `overwrite` is not set.
+        OSError: no folder can be made there.
         ImportError: without matplotlib.
     """
     from powered_walker_env.pictures.charts import save_drawing
@@ -66,12 +67,12 @@ def reproduce(
         raise FileExistsError(f"{str(target)!r} exists already; choose another or overwrite it")
     if target.exists() and not target.is_dir():
         raise FileExistsError(f"{str(target)!r} is not a folder; choose another name")
-    report, drawings = _studied(nodes, Clock(len(SETTINGS) * (nodes + SHARE), progress))
     # Always the same name: what a killed run has left, the next one takes away.
     aside = target.with_name(f".{target.name}.part")
     shutil.rmtree(aside, ignore_errors=True)
-    aside.mkdir(parents=True)
+    aside.mkdir(parents=True)  # before the work, which would be lost if that were impossible
     try:
+        report, drawings = _studied(nodes, Clock(len(SETTINGS) * (nodes + SHARE), progress))
         for name, drawing in drawings.items():
             save_drawing(drawing, aside / name)
         write_text(aside / "report.json", json.dumps(report, indent=2))
