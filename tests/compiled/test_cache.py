@@ -28,7 +28,13 @@ from powered_walker_env.simulation import kernel
 
 PACKAGE = Path(powered_walker_env.__file__).parent
 TOY = "toy_walker"
-FORMULA = "from toy_walker.compiled.decorators import formula\n@formula\ndef f(x):\n    return {} * x\n"
+FORMULA = """
+from toy_walker.compiled.decorators import formula
+
+@formula
+def f(x):
+    return {} * x
+"""
 KERNEL = """
 from toy_walker.compiled.decorators import slow_kernel
 from toy_walker.model import formulas
@@ -114,7 +120,7 @@ def test_code_is_loaded_until_what_it_was_made_from_changes(
     assert toy.run() == (6.0, True)  # the old folder is there still
     assert bool(files(folder)) == chosen
     assert bool(files(toy.root)) == (not chosen)
-    assert numba.config.CACHE_DIR == (str(folder) if chosen else "")
+    assert (str(folder) if chosen else "") == numba.config.CACHE_DIR
 
 
 def test_old_folders_are_cleared_away(toy: Toy) -> None:

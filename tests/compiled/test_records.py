@@ -53,9 +53,7 @@ def test_a_field_that_is_added_appears_in_columns_rows_and_places() -> None:
 def test_columns_may_be_arrays_and_a_row_gives_plain_python_numbers() -> None:
     layout = Layout(Small)
     columns = layout.columns(Small(np.arange(3.0), 1j * np.ones(3), np.zeros(3, bool)))
-    np.testing.assert_array_equal(
-        np.stack(columns[:3]), [[0, 1, 2], [0, 0, 0], [1, 1, 1]]
-    )
+    np.testing.assert_array_equal(np.stack(columns[:3]), [[0, 1, 2], [0, 0, 0], [1, 1, 1]])
     back = layout.of(np.array([1.0, 2.0, 3.0, 0.0]))
     assert [type(value) for value in back] == [float, complex, bool]
     assert back == Small(1.0, 2.0 + 3.0j, False)

@@ -38,7 +38,7 @@ MASSLESS = SIMPLEST.replace(foot_length=0.1, foot_radius=0.2, locked_ankle_angle
 
 
 def test_a_row_has_every_number_of_a_walker_and_gives_it_back() -> None:
-    assert NUMBERS == (*quantities(WalkerParams), "as_published")
+    assert (*quantities(WalkerParams), "as_published") == NUMBERS
     for params in WALKERS:
         assert params_of(pack(params)) == params
         assert pack(params)[:OWN].tolist() == own_numbers(params)
@@ -53,7 +53,7 @@ def test_a_row_is_its_parts_in_order_each_of_its_size() -> None:
         ]  # fmt: skip
         assert row.tolist() == columns
         assert len(row) == ROW == FREE_CHAIN + CHAIN.size
-        assert LOCKED_CHAIN == OWN + CONSTANTS.size
+        assert OWN + CONSTANTS.size == LOCKED_CHAIN
 
 
 def test_rows_of_many_are_those_of_each_bit_for_bit() -> None:
@@ -73,9 +73,9 @@ def test_constants_are_what_the_walker_s_numbers_say(physics: str) -> None:
     for walker in random_walkers(2, 20, physics=physics, torque_limit=3.0):
         p, c = walker, constants_of(walker)
         foot = p.foot_length * cmath.exp(-1j * p.locked_ankle_angle)
-        assert (c.L, c.D, c.R, c.M, c.I) == (
+        assert (
             p.leg_length, p.foot_length, p.foot_radius, p.leg_mass, p.leg_inertia
-        )  # fmt: skip
+        ) == (c.L, c.D, c.R, c.M, c.I)  # fmt: skip
         assert c.ankle_to_com == complex(p.com_along, p.com_across)
         assert c.ankle_to_com + c.hip_to_com == pytest.approx(p.leg_length, rel=1e-15)
         assert c.g == pytest.approx(p.gravity * cmath.exp(-1j * p.slope), rel=1e-15)
@@ -132,7 +132,9 @@ def test_derivatives_of_a_row_by_each_number_are_those_of_differences(
         "leg_length", "com_along", "com_across", "leg_inertia", "torque_limit"))],
     ids="-".join,
 )  # fmt: skip
-def test_derivatives_of_a_massless_walker_s_row_stay_in_its_limit(together: tuple[str, ...]) -> None:
+def test_derivatives_of_a_massless_walker_s_row_stay_in_its_limit(
+    together: tuple[str, ...],
+) -> None:
     own = np.array(own_numbers(MASSLESS))
     change = np.sum([np.eye(OWN)[NUMBERS.index(name)] for name in together], axis=0)
     expected = tangents_by_differences(own, change)

@@ -122,7 +122,9 @@ def hostile(count: int, seed: int) -> tuple[list[WalkerParams], Array, Array]:
     kinds = []
     for i, params in enumerate(random_walkers(seed, 200)):
         wheel = {"foot_length": 0.0} if i % 4 == 0 else {}
-        kinds.append(params.replace(physics="as_published" if i % 5 == 0 else "conserving", **wheel))
+        kinds.append(
+            params.replace(physics="as_published" if i % 5 == 0 else "conserving", **wheel)
+        )
     states = rng.normal(size=(count, 4)) * [0.6, 0.6, 3.0, 5.0]
     number = np.arange(count)
     states[number % 3 == 0, 1] = -states[number % 3 == 0, 0]

@@ -26,8 +26,8 @@ from tests.helpers.derivation import Array
 from tests.helpers.differences import INPUTS, difference, outputs, point_of, variational
 from tests.helpers.published import PASSIVE_GAITS, TOE_OFF_GAITS
 from tests.helpers.samples import POWERED
-from tests.model.test_push_off import simplest
 from tests.model.test_locking import WALKS, Walk
+from tests.model.test_push_off import simplest
 
 DIRECTIONS = INPUTS - 1  # the last of a walker's numbers is its physics
 EVERY = np.eye(DIRECTIONS, INPUTS)
