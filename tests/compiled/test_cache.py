@@ -28,9 +28,13 @@ from powered_walker_env.simulation import kernel
 
 PACKAGE = Path(powered_walker_env.__file__).parent
 TOY = "toy_walker"
-FORMULA = (
-    "from toy_walker.compiled.decorators import formula\n@formula\ndef f(x):\n    return {} * x\n"
-)
+FORMULA = """
+from toy_walker.compiled.decorators import formula
+
+@formula
+def f(x):
+    return {} * x
+"""
 KERNEL = """
 from toy_walker.compiled.decorators import slow_kernel
 from toy_walker.model import formulas

@@ -1,4 +1,5 @@
-"""The unit vector of an angle on lanes: near what is said, symmetric, honest about NaN."""
+"""The unit vector of an angle on lanes: its cosine and sine are as near as they are said to be,
+symmetric, and honest about NaN."""
 
 from __future__ import annotations
 

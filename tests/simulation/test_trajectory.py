@@ -18,6 +18,7 @@ from powered_walker_env import (
     stride,
     walk,
 )
+from powered_walker_env.model.powering import scheme_of
 from tests.helpers.derivation import HIP, SWING_CENTRE, Array, energies, kinematics
 from tests.helpers.published import PASSIVE_GAITS
 from tests.helpers.samples import MOTORS
@@ -146,6 +147,34 @@ def test_the_least_clearance_after_mid_swing_is_that_of_the_samples(name: str) -
     height = point(walked, SWING_CENTRE)[:, 1] - params.foot_radius
     lowest = height[stance > swing].min()
     assert stride(state, control, params).min_clearance == pytest.approx(lowest, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_clearance_is_where_the_swing_foot_turns_or_the_stride_ends_not_where_the_legs_pass(
+    name: str,
+) -> None:
+    """A foot that is under the floor as it passes and rises has not come down to there."""
+    params, control, state, _ = PRESETS[name]
+    rng, rising, scheme = np.random.default_rng(3), 0, scheme_of(control)
+    for switch in (None,) if control is None else (None, 3.2, 3.3, 3.4):
+        chosen = control
+        if switch is not None:
+            chosen = scheme.control_of((switch, 0.9 * scheme.row(control)[1]))
+        for off in [np.zeros(4), *rng.normal(size=(3, 4)) * [0.01, 0.01, 0.03, 0.05]]:
+            start = PostStrikeState(*(state + off).tolist())
+            walked = walk(start, chosen, params, 1, sample_interval=2e-3)
+            if walked.outcome != Outcome.WALKED:
+                continue
+            stance, swing = walked.q[:, :2].sum(axis=1), walked.q.sum(axis=1) - math.pi
+            once = np.append(np.diff(walked.t) > 1e-9, True)  # events are there from both sides
+            height = point(walked, SWING_CENTRE)[:, 1] - params.foot_radius
+            after = height[once & (stance > swing)]
+            turns = (after[1:-1] < after[:-2]) & (after[1:-1] <= after[2:])
+            lowest = min([after[-1], *after[1:-1][turns]])
+            found = stride(start, chosen, params).min_clearance
+            assert found == pytest.approx(lowest, abs=1e-5 * params.leg_length)
+            rising += bool(after[0] < lowest - 1e-3)
+    assert rising > 0 or name != "camp1997"
 
 
 def test_a_policy_sees_every_state_and_sets_every_control() -> None:
