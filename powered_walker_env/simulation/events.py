@@ -20,7 +20,6 @@ from powered_walker_env.compiled.lanes import (
     store,
     where,
 )
-from powered_walker_env.model.mechanics.actuation import flow
 from powered_walker_env.model.mechanics.ground import apart, lands, last_factor
 from powered_walker_env.model.mechanics.guards import (
     FIRST_FALL,
@@ -34,7 +33,7 @@ from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
 from powered_walker_env.simulation.lockstep import (
     GUARDS,
-    acting,
+    flow_at,
     moving,
     moving_aims,
     moving_drive,
@@ -81,7 +80,7 @@ def guard_along(s, w, guard, pose):
 
 
 @internal
-def watch(s, w, first, beyond, pose, mask, values, rates):
+def watch_here(s, w, first, beyond, pose, mask, values, rates):
     """Write values and rates of the watched guards from `first` to before `beyond`, at a moving
     pose, where the mask holds."""
     for guard in range(first, beyond):
@@ -89,6 +88,12 @@ def watch(s, w, first, beyond, pose, mask, values, rates):
             found = guard_along(s, w, guard, pose)
             blend(values, guard, mask, found.value)
             blend(rates, guard, mask, found.tangent)
+
+
+@rare
+def watch(s, w, first, beyond, pose, mask, values, rates):
+    """`watch_here` where it is seldom done."""
+    watch_here(s, w, first, beyond, pose, mask, values, rates)
 
 
 @rare
@@ -144,7 +149,7 @@ def suspicions(s, w, pose, pose_new, good):
             steps are accurate.
     """
     h, target = load(w.length, 0), load(s.target, 0)
-    watch(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
+    watch_here(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
     found, beyond = 0, FIRST_FALL
     near = nearest_fall(load(w.free, 0) == 0.0, pose_new, h, still(w))
     if (~bits(near > 0.0) & good) | bits(target >= FIRST_FALL):  # those stepped onto, too
@@ -198,7 +203,7 @@ def over_at_once(s, w, batch, pose):
     return over | _down(s, w, pose)
 
 
-@internal
+@rare
 def _down(s, w, pose):
     """Lanes, as bits, that are down as a phase begins; notes the fall in s.ending."""
     h = 0.0 * load(s.h, 0)
@@ -234,7 +239,7 @@ def _guard_inside(s, w, batch, lane, guard, fraction):
     none = 0.0 * y[0]
     moved = y[3], y[4], y[5], none, none, none
     if guard == RELEASE:  # the only one that looks at accelerations
-        moved = flow(y, acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
+        moved = flow_at(s, w, y)
     pose = along(w, posed(y, load(w.free, 0) > 0.0, constants_lanes(w.constants)), moved)
     found = guard_along(s, w, guard, pose)
     up, rising = bits(found.value > 0.0) >> lane & 1, bits(found.tangent > 0.0) >> lane & 1
@@ -247,7 +252,7 @@ def hidden_fall(s, w, batch, lane, guard):
 
     Bisection on the interpolant: for the turn first, then for the fall.
     """
-    interpolate(w, acting(s))
+    interpolate(s, w)
     first_rising = 1 if s.rate[guard, lane] > 0.0 else 0
     low, high, positive, lands_there = 0.0, 1.0, 0, 0
     for turn in range(2 * BISECTIONS):
@@ -264,7 +269,7 @@ def hidden_fall(s, w, batch, lane, guard):
     return NOWHERE if guard == LANDING and lands_there == 0 else high  # scuffing is allowed
 
 
-@internal
+@rare
 def _fall_fraction(s, w, batch, guard, suspected):
     """Fractions of the steps at which a guard falls in the suspected lanes (bits)."""
     h, value, value_end = load(w.length, 0), load(s.value, guard), load(s.value_new, guard)

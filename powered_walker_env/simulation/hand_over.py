@@ -10,15 +10,14 @@ import math
 
 import numpy as np
 
-from powered_walker_env.compiled.decorators import internal, once, rare
+from powered_walker_env.compiled.decorators import once, rare
 from powered_walker_env.compiled.lanes import LANES, SIZE, blend_state, load_state, mask_of
-from powered_walker_env.model.mechanics.actuation import flow
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
 from powered_walker_env.model.phases import MAX_EXITS, Outcome
 from powered_walker_env.simulation.events import along, over_at_once, watch
 from powered_walker_env.simulation.lockstep import (
-    acting,
     enter,
+    flow_at,
     place,
     pose_here,
     rest,
@@ -33,7 +32,7 @@ from powered_walker_env.simulation.record import (
 )
 from powered_walker_env.simulation.resets import AFTER, BEFORE, WITH, apply_resets
 from powered_walker_env.simulation.resets import STOP as STOP_RESET
-from powered_walker_env.simulation.runge_kutta import chain_lanes, constants_lanes
+from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.sensitivity import (
     begin,
     enter_phases,
@@ -79,7 +78,7 @@ def begin_phases(s, w, sums, begun, batch, d):
     """Enter phases (bits): flow, guards and sums where they begin; those that are over at once."""
     mask = mask_of(begun)
     enter(s, w, mask, batch)
-    moved = flow(load_state(w.y, 0), acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
+    moved = flow_at(s, w, load_state(w.y, 0))
     blend_state(w.flows, 0, mask, moved)
     pose = pose_here(w)
     going = along(w, pose, moved)
@@ -112,7 +111,7 @@ def _way_out(s, lane, batch):
     return -1 - STEP_LIMIT  # not reached: only guards of the phase end it
 
 
-@internal
+@rare
 def _finish(s, w, sums, lane, outcome, batch, d):
     """Write the results of a stride that is over."""
     index = int(s.number[0, lane])

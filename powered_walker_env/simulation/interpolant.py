@@ -11,13 +11,11 @@ from scipy.integrate import DOP853
 
 from powered_walker_env.compiled.decorators import internal, rare
 from powered_walker_env.compiled.lanes import SIZE, load, load_state, plus, scaled, store_state
-from powered_walker_env.model.mechanics.actuation import flow
+from powered_walker_env.simulation.lockstep import flow_at
 from powered_walker_env.simulation.runge_kutta import (
     EXTRA_STAGES,
     FITTED,
     STAGES,
-    chain_lanes,
-    constants_lanes,
     tableau,
     weighted,
 )
@@ -28,12 +26,12 @@ POLYNOMIALS = FITTED + 3
 
 
 @rare
-def interpolate(w, acting):
+def interpolate(s, w):
     """Prepare the interpolant of the steps just made: w.terms."""
     h, y, y_new = load(w.length, 0), load_state(w.y, 0), load_state(w.y_new, 0)
     for extra in range(EXTRA_STAGES):
         moved = plus(y, h, weighted(_FIRST, _STAGE, _WEIGHT, extra, w.flows))
-        moved = flow(moved, acting, chain_lanes(w.chain), constants_lanes(w.constants))
+        moved = flow_at(s, w, moved)
         store_state(w.flows, SIZE * (STAGES + 1 + extra), moved)
     first, last = load_state(w.flows, 0), load_state(w.flows, SIZE * STAGES)
     change = plus(y_new, -1.0, y)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from powered_walker_env.compiled.decorators import internal, once, small
+from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import (
     SIZE,
     Table,
@@ -23,9 +23,10 @@ from powered_walker_env.compiled.lanes import (
     where,
 )
 from powered_walker_env.compiled.records import Layout
-from powered_walker_env.model.mechanics.actuation import Drive
+from powered_walker_env.model.mechanics.actuation import Drive, flow
 from powered_walker_env.model.mechanics.chain import Pose, pose_of
 from powered_walker_env.model.mechanics.constants import (
+    CHAIN,
     CHAIN_SIZE,
     CONSTANTS,
     CONSTANTS_SIZE,
@@ -92,7 +93,7 @@ class Lockstep(NamedTuple):
 
 LOCKSTEP = Layout(Lockstep)
 lockstep = LOCKSTEP.view
-_constants_lane, constants_lanes = CONSTANTS.lane, CONSTANTS.lanes
+_constants_lane, constants_lanes, chain_lanes = CONSTANTS.lane, CONSTANTS.lanes, CHAIN.lanes
 _LOCK = CONSTANTS["lock"]
 
 
@@ -155,6 +156,12 @@ def posed(y, free, c):
     """The pose of a chain's state; with the ankle locked α = φ + lock."""
     alpha, dalpha = where(free, y[1], y[0] + c.lock), where(free, y[4], y[3])
     return pose_of(y[0], alpha, y[2], y[3], dalpha, y[5])
+
+
+@rare
+def flow_at(s, w, y):
+    """The flow of the chains' states, where it is seldom asked for."""
+    return flow(y, acting(s), chain_lanes(w.chain), constants_lanes(w.constants))
 
 
 @small

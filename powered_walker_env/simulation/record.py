@@ -16,13 +16,13 @@ from powered_walker_env.compiled.lanes import (
     where,
 )
 from powered_walker_env.compiled.records import Layout
-from powered_walker_env.model.mechanics.actuation import ankle_torque, flow, power
+from powered_walker_env.model.mechanics.actuation import ankle_torque, power
 from powered_walker_env.model.mechanics.chain import energy
 from powered_walker_env.model.mechanics.constants import CONSTANTS
 from powered_walker_env.model.mechanics.ground import apart, clearance
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import acting, moving, posed, torques_act
+from powered_walker_env.simulation.lockstep import acting, flow_at, moving, posed, torques_act
 from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_duals,
@@ -221,12 +221,12 @@ def pose_inside(w, fraction):
 @rare
 def _lowest_inside(s, w, x, earliest):
     """The lowest clearance near fraction x of the step: Newton on the interpolant."""
-    drive, c, free = acting(s), constants_lanes(w.constants), load(w.free, 0) > 0.0
-    interpolate(w, drive)
+    c, free = constants_lanes(w.constants), load(w.free, 0) > 0.0
+    interpolate(s, w)
     h = load(w.length, 0)
     for _ in range(NEWTON_STEPS):
         y = look_inside(w, x)
-        moved, still = flow(y, drive, chain_lanes(w.chain), c), constants_duals(c, w.zeros)
+        moved, still = flow_at(s, w, y), constants_duals(c, w.zeros)
         _, descent = clearance(moving(posed(y, free, c), moved, free, 0.0 * x), still)
         bend = h * descent.tangent
         x = where(bend > 0.0, x - descent.value / bend, x)
@@ -289,7 +289,7 @@ def log_step(batch, s, w):
     k = math.floor(t / interval) + 1.0
     if k * interval >= t + h:
         return
-    interpolate(w, acting(s))
+    interpolate(s, w)
     while k * interval < t + h and batch.logged[0, 0] < batch.room:
         pose = pose_inside(w, (k * interval - t) / h + 0.0 * load(w.length, 0))
         write_log(batch, k * interval, pose, s.phase[0, 0])

@@ -34,7 +34,7 @@ from powered_walker_env.compiled.lanes import (
     where,
 )
 from powered_walker_env.compiled.records import Layout
-from powered_walker_env.model.mechanics.actuation import ankle_torque, flow
+from powered_walker_env.model.mechanics.actuation import ankle_torque
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix
 from powered_walker_env.model.mechanics.constants import (
     CHAIN_SIZE,
@@ -49,8 +49,8 @@ from powered_walker_env.model.mechanics.guards import FIRST_FALL, value_of
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
 from powered_walker_env.simulation.events import along, guard_along
 from powered_walker_env.simulation.lockstep import (
-    acting,
     chained,
+    flow_at,
     moving,
     moving_aims,
     moving_drive,
@@ -238,7 +238,7 @@ def leave_phases(d, s, w, mask):
     """Move S to the events and through the resets: the pose after them."""
     here, y, free = pose_here(w), load_state(w.y, 0), load(w.free, 0) > 0.0
     plain, links, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
-    before = flow(y, acting(s), chain_lanes(w.chain), plain)
+    before = flow_at(s, w, y)
     target = where(mask & (load(s.elapsed, 0) > 0.0), load(s.target, 0), 0.0)
     rates = _rates(s, w, along(w, here, before), target)
     for k in range(d.n):
