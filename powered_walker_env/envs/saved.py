@@ -18,7 +18,7 @@ class Saved(NamedTuple):
     observation: Array  # (4,)
     level: float  # m, of the ground under the stance foot
     outcome: int  # of the last stride
-    walker: Array  # packed
+    walker: Array  # its own numbers, with which its packed row begins
     random: int  # the word that its random numbers come from
 
     @classmethod

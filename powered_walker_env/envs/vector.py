@@ -35,6 +35,7 @@ from powered_walker_env.envs.gallery import Gallery
 from powered_walker_env.envs.saved import Saved, numbers
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.walkers import WALKED, Walkers
+from powered_walker_env.model.mechanics.constants import OWN
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState
 
@@ -191,7 +192,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         Raises:
             ValueError: something that `get_state` has not given.
         """
-        packed = self.walkers.rows.shape[1]
+        packed = OWN
         checked = [Saved.of(each, packed) for each in saved]
         self.elapsed[:] = numbers({"elapsed": elapsed}, "elapsed", self.num_envs)
         for i, each in enumerate(checked):

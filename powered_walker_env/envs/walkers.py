@@ -20,7 +20,7 @@ from powered_walker_env.envs.rewards import REWARDS, own_rewards
 from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
 from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.phases import Outcome, encode
 from powered_walker_env.model.powering import MOTOR
 from powered_walker_env.model.state import PostStrikeState
@@ -97,7 +97,7 @@ class Walkers:
             draws = np.empty((count, EPISODE_DRAWS))
             draw_normals(words, UNIT_DEVIATIONS, draws)
             chosen = [episode_params(self.task.params, self.task.disturbance, d) for d in draws]
-            self.rows[rows] = [pack(params) for params in chosen]
+            self.rows[rows] = pack_all(chosen)
         states = np.tile(start, (count, 1))
         observations = np.empty((count, 4), np.float32)
         begin_episodes(
@@ -209,7 +209,7 @@ class Walkers:
             "observation": self.observations[i].tolist(),
             "level": float(self.levels[i]),
             "outcome": int(self.outcomes[i]),
-            "walker": self.row(i).tolist(),
+            "walker": self.row(i)[:OWN].tolist(),
             "random": int(self.words[i]),
         }
 
@@ -219,11 +219,11 @@ class Walkers:
         Raises:
             ValueError: something that `get_state` has not given.
         """
-        self.put(i, Saved.of(saved, self.rows.shape[1]))
+        self.put(i, Saved.of(saved, OWN))
 
     def put(self, i: int, saved: Saved) -> None:
         """The same with what has been checked."""
         self.states[i], self.observations[i] = saved.state, saved.observation
         self.levels[i], self.outcomes[i] = saved.level, saved.outcome
-        self.rows[i if self._differ else 0] = saved.walker
+        self.rows[i if self._differ else 0] = rows_from_own(saved.walker[np.newaxis])[0]
         self.words[i] = saved.random

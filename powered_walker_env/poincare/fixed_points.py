@@ -61,12 +61,23 @@ def newton(
         point = stride_map.differentiate(state, period)
     if residual <= converged:
         return state, ""
+    if standing(stride_map, point.step_length, period):
+        return None, _stands(state, point.step_length)
     return None, f"Newton stopped at a residual of {residual:.2g} near {short(state)}"
+
+
+def standing(stride_map: StrideMap, length: float, period: int) -> bool:
+    """Whether a walker that comes so far, m, in `period` strides stands on the spot."""
+    return not abs(length) > SHORTEST_STRIDE * stride_map.params.leg_length * period
+
+
+def _stands(state: Array, length: float) -> str:
+    return f"near {short(state)} the walker stands on the spot: it comes back after {length:.2g} m"
 
 
 def refusal(stride_map: StrideMap, state: Array, period: int) -> str:
     """Why a fixed point over `period` strides is no gait of that least period; "" if it is."""
-    units, length = natural_units(stride_map.params), stride_map.params.leg_length
+    units = natural_units(stride_map.params)
     here, travelled, shorter = state, 0.0, 0
     for strides in range(1, period + 1):
         batch = stride_map.strides(here[np.newaxis])
@@ -74,11 +85,8 @@ def refusal(stride_map: StrideMap, state: Array, period: int) -> str:
         back = period % strides == 0 and np.linalg.norm((here - state) / units) < SAME_STATE
         if back and strides < period and not shorter:
             shorter = strides
-    if not abs(travelled) > SHORTEST_STRIDE * length * period:
-        return (
-            f"near {short(state)} the walker stands on the spot: it comes back after "
-            f"{travelled:.2g} m"
-        )
+    if standing(stride_map, travelled, period):
+        return _stands(state, travelled)
     if shorter:
         return f"the gait near {short(state)} has period {shorter}"
     return ""

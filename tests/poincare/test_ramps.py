@@ -63,8 +63,9 @@ def test_the_simplest_walker_doubles_to_chaos_up_and_down(first: int) -> None:
         backend="threading",
     )  # fmt: skip
     assert found.periods(found.up).tolist() == [*PERIODS[first:], -1]
-    assert found.periods(found.down).tolist() == [*PERIODS[first:], -2]
-    assert found.down.outcome[-1] == NO_START and found.up.outcome[-1] > 0
+    # Beyond the end of chaos a walk from its last points may last for a while, or not.
+    assert found.periods(found.down).tolist()[:-1] == PERIODS[first:]
+    assert found.periods(found.down)[-1] in (-1, -2) and found.up.outcome[-1] > 0
     assert np.isnan(found.gap[-1]) and found.gap[:-1].max() < 1e-2  # of chaos, by sampling
     assert not found.up.restarted.any()
 
