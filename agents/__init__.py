@@ -3,8 +3,13 @@
 - `quickstart`: the main job, end to end;
 - `train`: any algorithm of Stable-Baselines3 from a configuration file, under `runs/NAME/`;
 - `analytic_gradient`: a policy by the exact gradients of the stride map, from few strides;
-- `evaluate`: controllers and saved models on equal disturbances;
+- `evaluate`: controllers and saved policies on equal disturbances;
+- `severity`: how hard the disturbances are;
 - `tune_lqr`: weights for the linear-quadratic regulator, the baseline.
+
+A training is told by `configuration` (what it needs, read as `zoo` writes it), `train`,
+`supervisor` (what happens between rollouts), `runs` (its folder) and `resume` (how it goes on
+bit for bit); that by gradients, by `learner` and `segments`.
 
 Run them from the root of the repository, as `python -m agents.quickstart --help`.
 """

@@ -2,7 +2,7 @@
 
 Some walkers walk a few strides under the policy and the environment's pushes, with the exact
 derivatives of every stride. The policy then takes many steps down the gradient of what
-these walks, and those before, cost to first order (`agents/segments.py`), and the walkers go
+these walks, and those before, cost to first order (`segments`), and the walkers go
 on. No value function, no reward, no exploration. Everything goes to `runs/NAME/`.
 """
 
@@ -13,36 +13,35 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
+import torch
 from tqdm import tqdm
 
-from agents.algorithms import limit_threads
 from agents.command import (
     add_env_arguments,
     exit_status,
-    make_walkers,
     natural_int,
     pairs,
+    polite_stop,
     positive_int,
 )
-from agents.evaluate import evaluate
+from agents.configuration import EVALUATIONS as LEARNING_CURVE
+from agents.configuration import study_seeds
 from agents.learner import Learner, Settings, read_settings
-from agents.networks import save_network
-from agents.progress import EVALUATION_SEED, History, polite_stop
 from agents.runs import (
     EVALUATIONS,
-    POLICY,
     RUNS,
-    config_text,
-    create_folder,
+    History,
+    create_run,
+    evaluate_command,
+    evaluation_row,
     run_folder,
     write_evaluations,
 )
-from agents.statistics import mean_estimate
-
-STOPPED = 130  # exit status of a program that Ctrl-C ended
-LEARNING_CURVE = 10  # evaluations of a training
+from agents.train import TORCH_THREADS
+from powered_walker_env.controllers import evaluate, save_network
+from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.loading import POLICY
 
 
 def train(
@@ -54,18 +53,15 @@ def train(
         The learner, with its policy and strides, and the evaluations on the way.
 
     Raises:
-        UserError: settings that will not do, or a run that exists.
+        ValueError: settings that will not do, or a run that exists.
     """
-    limit_threads()
-    learner = Learner(settings, make_walkers(settings.env_id, 1, **settings.env_kwargs).task)
-    create_folder(folder, config_text(settings), settings.seed, overwrite=overwrite)
+    torch.set_num_threads(TORCH_THREADS)
+    learner = Learner(settings, task_of(settings.env_id, **settings.env_kwargs))
+    create_run(folder, settings, overwrite=overwrite)
     history: History = []
     asked: list[bool] = []
     bar = tqdm(
-        total=settings.n_timesteps,
-        unit=" strides",
-        disable=quiet or not sys.stderr.isatty(),
-        leave=False,
+        total=settings.n_timesteps, unit=" strides", disable=True if quiet else None, leave=False
     )
     every = settings.n_timesteps / LEARNING_CURVE
     with bar, polite_stop(lambda: asked.append(True)):
@@ -81,27 +77,17 @@ def train(
 
 def _note(learner: Learner, history: History, folder: Path, quiet: bool) -> None:
     """Evaluate, save the policy, and say so. Evaluations teach nothing and choose nothing."""
-    settings, network = learner.settings, learner.network()
+    run, network = learner.settings, learner.network()
     save_network(network, folder / POLICY)
     if history and history[-1]["steps"] == learner.strides:
         return
-    result = evaluate(
-        network,
-        settings.env_id,
-        settings.episodes,
-        EVALUATION_SEED + settings.seed,
-        **settings.env_kwargs,
-    )
-    row: dict[str, Any] = {"steps": learner.strides}
-    for name, values in (("strides", result.strides), ("return", result.returns)):
-        estimate = mean_estimate(values)
-        row |= {name: estimate.mean, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
-    history.append(row)
+    seed = study_seeds(run.seed)[1]
+    result = evaluate(network, run.env_id, run.episodes, seed, **run.env_kwargs)
+    history.append(evaluation_row(learner.strides, result))
     write_evaluations(folder / EVALUATIONS, history)
     if not quiet:
-        tqdm.write(
-            f"{learner.strides:>9,} strides: {row['strides']:.1f} of {result.limit} survived"
-        )
+        strides = result.mean_strides.mean
+        tqdm.write(f"{learner.strides:>9,} strides: {strides:.1f} of {result.limit} survived")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -141,10 +127,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"{learner.strides:,} strides, all of them differentiated, {learner.falls} falls, "
         f"{time.monotonic() - began:.0f} s"
     )
-    print(f"evaluate it: python -m agents.evaluate open-loop lqr {folder} --env {settings.env_id}")
+    print(f"evaluate it: {evaluate_command(folder, settings.env_id, settings.env_kwargs)}")
     if learner.strides + learner.strides_per_update <= settings.n_timesteps:
-        print(f"stopped early, of {settings.n_timesteps:,} strides; the policy is what it was then")
-        raise SystemExit(STOPPED)
+        raise KeyboardInterrupt(
+            f"stopped early, of {settings.n_timesteps:,} strides; the policy is what it was then"
+        )
 
 
 if __name__ == "__main__":

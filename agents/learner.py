@@ -2,30 +2,30 @@
 
 Walks of the past are worth keeping: their pushes were as good as any, and the rare large ones
 decide how long a walker survives. As long as the policy has not moved far from the one that
-walked them, their first-order models tell what it would do (`agents/segments.py`).
+walked them, their first-order models tell what it would do.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 import torch
-import yaml
 from numpy.typing import NDArray
 
-from agents.command import CONFIGS, UserError
-from agents.networks import Network
+from agents.command import CONFIGS, read_yaml
+from agents.configuration import check_numbers
 from agents.segments import Segment, segment_loss, walk_segment
+from powered_walker_env.controllers import Network
 from powered_walker_env.envs.task import Task
 from powered_walker_env.model.powering import MOTOR
 
 FAR = 7.0  # scaled deviation from which a walker starts anew: nothing there can be saved
 CLIP = 1.0  # of the gradient's norm: the step map multiplies, and so does a walk of it
+_GIVEN = ("env_id", "seed", "env_kwargs")  # settings that no file has
 MOMENTA = (0.9, 0.99)  # of Adam; gradients of walks differ in size from one to the next
 
 
@@ -54,34 +54,18 @@ class Settings:
     env_kwargs: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, kind in _KINDS.items():
-            value = getattr(self, name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and 0 < value < math.inf and (kind is float or value == int(value))):
-                need = "number" if kind is float else "integer"
-                raise UserError(f"{name} must be a positive {need}, got {value!r}")
-            object.__setattr__(self, name, kind(value))
+        check_numbers(self, seed=0)
         if self.n_timesteps < self.n_envs * self.n_steps:
-            raise UserError(
+            raise ValueError(
                 f"n_timesteps must be at least n_envs times n_steps, {self.n_envs * self.n_steps}, "
                 f"got {self.n_timesteps}"
             )
-        costs = self.state_cost
-        if not isinstance(costs, (list, tuple)) or len(costs) != 4 or not _costs(costs):
-            raise UserError(f"state_cost must be four numbers >= 0, not all 0, got {costs!r}")
-        object.__setattr__(self, "state_cost", tuple(map(float, costs)))
-
-
-_KINDS: dict[str, type[int] | type[float]] = {
-    item.name: {"int": int, "float": float}[str(item.type)]
-    for item in fields(Settings)
-    if item.type in ("int", "float") and item.name != "seed"
-}
-
-
-def _costs(values: Sequence[Any]) -> bool:
-    numbers = all(isinstance(value, (int, float)) for value in values)
-    return numbers and all(0 <= value < math.inf for value in values) and any(values)
+        costs = np.array(self.state_cost)
+        numbers = costs.shape == (4,) and costs.dtype.kind in "if"
+        if not (numbers and (costs >= 0).all() and 0 < costs.sum() < math.inf):
+            raise ValueError(
+                f"state_cost must be four numbers >= 0, not all 0, got {self.state_cost!r}"
+            )
 
 
 def read_settings(
@@ -94,18 +78,13 @@ def read_settings(
     """The settings that `configs/apg.yml` has for an environment, some of them changed.
 
     Raises:
-        UserError: an unknown key or a bad value.
+        ValueError: an unknown key or a bad value.
     """
-    content = yaml.safe_load((CONFIGS / "apg.yml").read_text(encoding="utf-8"))
-    values = {**content.get(env_id.rpartition(":")[2], {}), **(changes or {})}
-    known = (*_KINDS, "state_cost")
+    values = read_yaml(CONFIGS / "apg.yml").get(env_id.rpartition(":")[2], {}) | dict(changes or {})
+    known = [item.name for item in fields(Settings) if item.name not in _GIVEN]
     unknown = [key for key in values if key not in known]
     if unknown:
-        raise UserError(f"unknown key {unknown[0]!r}; known are {', '.join(known)}")
-    for key, value in values.items():
-        if isinstance(value, str):  # YAML takes 3e-3 for a text
-            with contextlib.suppress(ValueError):
-                values[key] = float(value)
+        raise ValueError(f"unknown key {unknown[0]!r}; known are {', '.join(known)}")
     return Settings(env_id, seed, env_kwargs=dict(env_kwargs or {}), **values)
 
 
@@ -113,21 +92,21 @@ class Learner:
     """Walkers, their policy, and the walks remembered.
 
     Raises:
-        UserError: disturbances other than pushes, or a gait of several strides.
+        ValueError: disturbances other than pushes, or a gait of several strides.
     """
 
     def __init__(self, settings: Settings, task: Task) -> None:
         others = [kind for kind, size in vars(task.disturbance).items() if size and kind != "push"]
         if others:
-            raise UserError(
+            raise ValueError(
                 f"an analytic gradient knows pushes alone, got a disturbance of {others[0]}; "
                 "train against pushes, or with agents.train"
             )
         if len(task.gait) != 1:
-            raise UserError(f"the gait must have one stride, got one of {len(task.gait)}")
+            raise ValueError(f"the gait must have one stride, got one of {len(task.gait)}")
         self.settings, self.task = settings, task
         if task.scheme is not MOTOR:
-            raise UserError(
+            raise ValueError(
                 f"env must be one of the motor's, got scheme {task.scheme.name!r}: this learner "
                 "takes the derivatives of its strides only"
             )
@@ -167,7 +146,9 @@ class Learner:
             for layer in self.policy
             if isinstance(layer, torch.nn.Linear)
         ]
-        return Network(layers, self.settings.env_id)
+        run = self.settings
+        about = {"algo": "analytic gradient", "env_id": run.env_id, "seed": run.seed}
+        return Network(layers, settings={**about, "steps": self.strides})
 
     def _descend(self, remembered: Segment) -> float:
         count = remembered.walking.shape[1]

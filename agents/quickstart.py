@@ -7,34 +7,41 @@ them are saved next to the training. It takes about half a minute on two cores.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import importlib.util
 import itertools
+import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.command import (
-    EPISODE_SEED,
     ROUND_FOOT,
-    UserError,
     add_env_arguments,
     exit_status,
-    make_walkers,
     natural_int,
     pairs,
     positive_int,
 )
-
-if TYPE_CHECKING:  # what the job needs is imported by the job: --help answers at once
-    from agents.controllers import Controller
-    from agents.evaluate import Evaluation
-    from powered_walker_env.envs.task import Task
+from powered_walker_env import Disturbance
+from powered_walker_env.controllers import (
+    EPISODE_SEED,
+    Controller,
+    Evaluation,
+    comparison,
+    comparison_text,
+    evaluate,
+    load_controller,
+)
+from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP, POLICY
+from powered_walker_env.envs.task import Task
+from powered_walker_env.files import write_text
+from powered_walker_env.model.quantities import quantities
 
 DEFAULT_OUT = Path("runs") / "quickstart"
 EPISODES = 200
@@ -60,42 +67,43 @@ def run(
         The comparison, as in `results.json`.
 
     Raises:
-        UserError: the folder exists, or the environment does not.
+        ValueError: the folder exists, or the environment does not.
         KeyboardInterrupt: stopped while training; a checkpoint is saved.
     """
-    from agents.controllers import OpenLoop, load_controller, lqr_for
-    from agents.evaluate import evaluate
-    from agents.runs import BEST_MODEL, write_json
-    from agents.settings import read_settings
-    from agents.tables import comparison, comparison_text, print_comparison
-    from agents.train import train
-    from powered_walker_env.files import write_text
+    # What needs torch is imported here: --help answers at once.
+    from agents.configuration import read_settings
+    from agents.runs import write_json
+    from agents.train import go_on, train
 
     _check_packages()
     kwargs = dict(env_kwargs or {})
-    settings = read_settings("ppo", env_id, seed=seed, steps=steps, env_kwargs=kwargs)
+    settings = read_settings("ppo", env_id, seed=seed, n_timesteps=steps, env_kwargs=kwargs)
     print(f"1. training PPO on {env_id}: {settings.n_timesteps:,} strides", flush=True)
-    progress = train(settings, folder, overwrite=overwrite)
-    if progress.stopped:
-        raise KeyboardInterrupt
+    done = train(settings, folder, overwrite=overwrite)
+    if done.stopped:
+        raise KeyboardInterrupt(
+            f"stopped; what there is so far is in {shlex.quote(str(folder))}. To go on with the "
+            f"training: {go_on(folder)}"
+        )
     print(f"2. evaluation: {episodes} episodes each", flush=True)
-    task = make_walkers(env_id, 1, **kwargs).task
-    controllers: dict[str, Controller] = {
-        "open loop": OpenLoop(),
-        "LQR": lqr_for(env_id, task),
-        "PPO": load_controller(folder / BEST_MODEL)[1],
-    }
+    task = task_of(env_id, **kwargs)
+    controllers = {
+        name: load_controller(source, task)[1]
+        for name, source in (
+            ("open loop", OPEN_LOOP), ("LQR", LQR_NAME), ("PPO", folder / POLICY),
+        )
+    }  # fmt: skip
     evaluations = {
         name: evaluate(controller, env_id, episodes, EPISODE_SEED, **kwargs)
         for name, controller in controllers.items()
     }
     result = comparison(evaluations)
-    title = f"{env_id}, {_disturbance(task)}"
+    text = comparison_text(evaluations, f"{env_id}, {met(evaluations['PPO'])}")
     write_json(folder / RESULTS, result)
-    write_text(folder / TABLE, comparison_text(evaluations, title))
-    print_comparison(evaluations, title)
+    write_text(folder / TABLE, text)
+    print(f"\n{text}")
     print("3. pictures", flush=True)
-    _draw_curve(folder, progress.history, result)
+    _draw_curve(folder, done.history, result, seed)
     _draw_walks(folder, controllers, evaluations, task)
     return result
 
@@ -104,22 +112,24 @@ def _check_packages() -> None:
     """Say now what the pictures at the end would lack."""
     missing = [name for name in ("PIL", "pygame") if importlib.util.find_spec(name) is None]
     if missing:
-        raise UserError(
+        raise ImportError(
             f"the animation needs {' and '.join(missing)}, not installed; "
             'in the repository: pip install -e ".[train,render]"'
         )
 
 
-def _disturbance(task: Task) -> str:
-    """What the walkers meet, for titles: `push 0.02`."""
-    sizes = dataclasses.asdict(task.disturbance)
-    return ", ".join(f"{kind} {size:g}" for kind, size in sizes.items() if size) or "undisturbed"
+def met(walks: Evaluation) -> str:
+    """What the walkers meet, for titles: `push 0.02 rad/s`."""
+    known = quantities(Disturbance)
+    units = {kind: known[kind].unit if kind in known else "" for kind in walks.disturbance}
+    sizes = [f"{kind} {size:g} {units[kind]}".strip() for kind, size in walks.disturbance.items()]
+    return ", ".join(sizes) or "undisturbed"
 
 
 def _draw_curve(
-    folder: Path, history: Sequence[Mapping[str, float]], result: Mapping[str, Any]
+    folder: Path, history: Sequence[Mapping[str, float]], result: Mapping[str, Any], seed: int
 ) -> None:
-    from powered_walker_env.pictures.charts.walks import learning_curve, save_figure
+    from powered_walker_env.pictures.charts import learning_curve, save_figure
 
     columns = ("steps", "strides", "strides_low", "strides_high")
     baselines = {
@@ -131,7 +141,7 @@ def _draw_curve(
         *([row[column] for row in history] for column in columns),
         baselines=baselines,
         limit=result["stride_limit"],
-        title=f"PPO learns to walk: {result['env']}",
+        title=f"PPO learns to walk: {result['env']}, seed {seed}",
     )
     save_figure(figure, folder / CURVE)
 
@@ -143,8 +153,9 @@ def _draw_walks(
     task: Task,
 ) -> None:
     """One episode of open loop and PPO, in the state space and as an animation."""
-    from agents.recording import nominal_stride, record, save_side_by_side
-    from powered_walker_env.pictures.charts.walks import disturbed_walks, save_figure
+    from agents.recording import nominal_stride, record
+    from powered_walker_env.pictures.charts import disturbed_walks, save_figure
+    from powered_walker_env.pictures.film import save_side_by_side
 
     baseline = evaluations["open loop"]
     strides = baseline.strides
@@ -157,7 +168,7 @@ def _draw_walks(
             for name in ("open loop", "PPO")
         }
 
-    title = f"Two controllers, the same disturbances ({_disturbance(task)}, episode {seed})"
+    title = f"Two controllers, the same disturbances ({met(baseline)}, episode {seed})"
     shown = walks(max(SHOWN_STRIDES, falls))
     figure = disturbed_walks(shown, nominal_stride(task), title=title)
     save_figure(figure, folder / WALK)
@@ -205,23 +216,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser().parse_args(arguments)
     folder = options.out or (DEFAULT_OUT if options.overwrite else free_folder(DEFAULT_OUT))
     began = time.monotonic()
-    try:
-        run(
-            folder,
-            env_id=options.env,
-            env_kwargs=pairs(options.env_kwargs),
-            seed=options.seed,
-            steps=options.steps,
-            episodes=options.episodes,
-            overwrite=options.overwrite,
-        )
-    except KeyboardInterrupt:
-        print(
-            f"stopped; what there is so far is in {folder}. To go on with the training: "
-            f"python -m agents.train --resume --runs {folder.parent} --name {folder.name}",
-            file=sys.stderr,
-        )
-        raise
+    run(
+        folder,
+        env_id=options.env,
+        env_kwargs=pairs(options.env_kwargs),
+        seed=options.seed,
+        steps=options.steps,
+        episodes=options.episodes,
+        overwrite=options.overwrite,
+    )
     print(f"done in {time.monotonic() - began:.0f} s; in {folder}:")
     for name, meaning in (
         (TABLE, "the table above"),
@@ -229,7 +232,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         (CURVE, "how PPO learnt"),
         (WALK, "one walk of open loop and PPO in the state space"),
         (FILM, "the same walk, moving"),
-        ("best_model.zip", "the policy"),
+        (POLICY, "the policy: plain numbers, for agents.evaluate and the gait laboratory"),
+        ("best_model.zip", "the same as a model of Stable-Baselines3"),
     ):
         print(f"  {folder / name}  ({meaning})")
 

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import PIL.Image
-import PIL.ImageDraw
-import PIL.ImageFont
 from numpy.typing import NDArray
 
-from agents.command import make_walkers
-from agents.controllers import Controller
 from powered_walker_env import PostStrikeState, Trajectory, walk
+from powered_walker_env.controllers import Controller
+from powered_walker_env.controllers.evaluation import walkers_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.files import written_aside
 from powered_walker_env.model.mechanics.constants import params_of
-from powered_walker_env.pictures.renderer import Renderer
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s
-FPS = 20  # a GIF counts in hundredths of a second
-FRAME_SIZE = (560, 240)  # px, of one walker
-GIF_COLOURS = 64
-LABEL_AT, LABEL_SIZE, LABEL_COLOUR = (9, 34), 20, "#1f6f8b"  # below the count of strides
 
 
 def record(
@@ -37,13 +26,13 @@ def record(
         controller: gives deterministic actions, as in `evaluate`.
         strides: how many at most; it ends earlier if the walker falls.
     """
-    envs = make_walkers(env_id, 1, **env_kwargs)
+    envs, _ = walkers_of(env_id, 1, **env_kwargs)
     observation, _ = envs.reset(seed=seed)
     walkers, scheme = envs.walkers, envs.task.scheme
-    builder = TrajectoryBuilder(params_of(walkers.rows[0]), _state(walkers.states[0]))
+    builder = TrajectoryBuilder(params_of(walkers.row(0)), _state(walkers.states[0]))
     memory, fresh = None, np.ones(1, np.bool_)
     for _ in range(strides):
-        start, params = _state(walkers.states[0]), params_of(walkers.rows[0])
+        start, params = _state(walkers.states[0]), params_of(walkers.row(0))
         actions, memory = controller.predict(observation, memory, fresh, deterministic=True)
         result = walkers.step(np.asarray(actions, np.float64))
         height = float(walkers.heights[0])
@@ -63,32 +52,3 @@ def nominal_stride(task: Task) -> Trajectory:
 
 def _state(row: NDArray[np.float64]) -> PostStrikeState:
     return PostStrikeState(*row.tolist())
-
-
-def save_side_by_side(walks: Mapping[str, Trajectory], target: Path) -> Path:
-    """Write walks as one GIF, one above the other in real time; what is over stands still."""
-    films = [_labelled_frames(name, walk) for name, walk in walks.items()]
-    longest = max(map(len, films))
-    pictures = [
-        PIL.Image.fromarray(np.concatenate([film[min(i, len(film) - 1)] for film in films]))
-        for i in range(longest)
-    ]
-    samples = [np.asarray(pictures[i]) for i in np.linspace(0, longest - 1, 8).astype(int)]
-    palette = PIL.Image.fromarray(np.concatenate(samples)).quantize(GIF_COLOURS)
-    flat = [p.quantize(palette=palette, dither=PIL.Image.Dither.NONE) for p in pictures]
-    with written_aside(target) as aside:
-        flat[0].save(aside, save_all=True, append_images=flat[1:], duration=1000 // FPS, loop=0)
-    return target
-
-
-def _labelled_frames(name: str, walk: Trajectory) -> list[NDArray[np.uint8]]:
-    """The frames of a walk with its name in the corner."""
-    width, height = FRAME_SIZE
-    font = PIL.ImageFont.load_default(LABEL_SIZE)
-    frames = []
-    for frame in Renderer(walk.params, width=width, height=height).frames(walk, FPS):
-        image = PIL.Image.fromarray(frame)
-        pen = PIL.ImageDraw.Draw(image)
-        pen.text(LABEL_AT, name, fill=LABEL_COLOUR, font=font)
-        frames.append(np.asarray(image))
-    return frames

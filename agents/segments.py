@@ -20,10 +20,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from powered_walker_env.envs.contract import STRIDE_RTOL
 from powered_walker_env.envs.task import Task
 from powered_walker_env.simulation.derivatives import differentiate_batch
 
-STRIDE_RTOL = 1e-8  # as the environments have it
 # Of the square by which an action exceeds its range: clipping has no gradient to bring it back.
 OVERSHOOT_COST = 0.1
 

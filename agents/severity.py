@@ -26,12 +26,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.command import EPISODE_SEED, exit_status, make_walkers, positive_int
-from agents.controllers import LQR_NAME, OPEN_LOOP, Controller, make_controller
-from agents.evaluate import Evaluation, evaluate
-from agents.statistics import Estimate, mean_estimate
+from agents.command import exit_status, positive_int
 from powered_walker_env import ENVIRONMENTS, Disturbance
-from powered_walker_env.envs.disturbances import KINDS, LEVELS
+from powered_walker_env.controllers import (
+    EPISODE_SEED,
+    Controller,
+    Estimate,
+    Evaluation,
+    evaluate,
+    load_controller,
+)
+from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP
+from powered_walker_env.envs.disturbances import KINDS
+from powered_walker_env.envs.levels import LEVELS
+from powered_walker_env.tabular import aligned
 
 EPISODES = 1000
 LARGEST = 1.0  # size at which a search begins, in any kind's unit: more than any walker bears
@@ -98,14 +107,14 @@ def severities(
         return typical(walks_under(controller, kind, size))
 
     def level_of(name: str) -> Disturbance:
-        return make_walkers(env_id, 1, **env_kwargs, disturbance=name).task.disturbance
+        return task_of(env_id, **env_kwargs, disturbance=name).disturbance
 
-    task = make_walkers(env_id, 1, **env_kwargs).task
+    task = task_of(env_id, **env_kwargs)
     rows = []
     for level, kind in itertools.product(LEVELS[1:], KINDS):
         size = getattr(level_of(f"{level}-{kind}"), kind)
         word = LQR_NAME if kind == "sensor" else OPEN_LOOP
-        name, controller = make_controller(word, task, env_id)
+        name, controller = load_controller(word, task)
         target = typical_under(controller, "push", level_of(level).push)
         if find:
             size = size_for(target, functools.partial(typical_under, controller, kind), LARGEST)
@@ -119,27 +128,29 @@ def severities(
                 name,
                 target,
                 typical(walks),
-                mean_estimate(walks.strides),
+                walks.mean_strides,
                 walks.survived / episodes,
             )
         )
     return rows
 
 
-def print_severities(
-    env_id: str, episodes: int, seed: int, *, find: bool = True, **env_kwargs: Any
-) -> None:
-    """Print the table of one environment."""
-    print(f"{env_id}, {episodes} episodes each")
-    columns = f"{'disturbance':18}{'size':>8}  {'of':10}{'strides [95 %]':20}"
-    print(f"{columns}{'typical':>8}{'pushed':>8}{'to the end':>12}")
-    for row in severities(env_id, episodes, seed, find=find, **env_kwargs):
-        numbers = f"{row.strides:8.1f}{row.target:8.1f}{100 * row.to_the_end:10.0f} %"
-        print(
-            f"{row.level + '-' + row.kind:18}{row.size:8.2g}  {row.controller:10}"
-            f"{row.mean.text():20}{numbers}"
+def severity_text(env_id: str, episodes: int, rows: Sequence[Severity]) -> str:
+    """The table of one environment."""
+    head = ("disturbance", "size", "of", "strides [95 %]", "typical", "pushed", "to the end")
+    cells = [
+        (
+            f"{row.level}-{row.kind}",
+            f"{row.size:.2g}",
+            row.controller,
+            row.mean.text(),
+            f"{row.strides:.1f}",
+            f"{row.target:.1f}",
+            f"{100 * row.to_the_end:.0f} %",
         )
-    print()
+        for row in rows
+    ]
+    return "\n".join([f"{env_id}, {episodes} episodes each", *aligned([head, *cells]), ""])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -153,16 +164,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--episodes", type=positive_int, default=EPISODES, help="of each (default: %(default)s)"
     )
     options = parser.parse_args(arguments)
-    if options.json:
-        rows = [
-            {**row._asdict(), "mean": row.mean.to_dict()}
-            for env_id in ENVIRONMENTS
-            for row in severities(env_id, options.episodes, find=options.find)
-        ]
-        print(json.dumps({"episodes": options.episodes, "severities": rows}, indent=2))
-        return
+    tables = []
     for env_id in ENVIRONMENTS:
-        print_severities(env_id, options.episodes, EPISODE_SEED, find=options.find)
+        rows = severities(env_id, options.episodes, find=options.find)
+        tables += [{**row._asdict(), "mean": row.mean._asdict()} for row in rows]
+        if not options.json:
+            print(severity_text(env_id, options.episodes, rows), flush=True)
+    if options.json:
+        print(json.dumps({"episodes": options.episodes, "severities": tables}, indent=2))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Train a policy with Stable-Baselines3, from a configuration file in rl-baselines3-zoo's format.
 
-Everything goes to `runs/NAME/`: the settings, versions, evaluations, the best model and a
+Everything goes to `runs/NAME/`: the settings, versions, evaluations, the best policy and a
 checkpoint, from which a stopped training goes on bit for bit (`--resume`).
 """
 
@@ -8,47 +8,44 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import shlex
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
 from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import VecMonitor
 
-from agents.algorithms import ALGORITHMS, algorithm, limit_threads
 from agents.command import (
     ROUND_FOOT,
-    UserError,
     add_env_arguments,
     exit_status,
-    make_walkers,
     natural_int,
     pairs,
+    polite_stop,
     positive_int,
 )
-from agents.progress import History, Progress, polite_stop
+from agents.configuration import ALGORITHMS, Settings, load_class, read_settings
+from agents.resume import load_checkpoint, read_run
 from agents.runs import (
     CHECKPOINT,
-    CONFIG,
     RUNS,
-    clear_leftovers,
-    config_text,
+    History,
     create_run,
-    load_checkpoint,
-    read_run,
+    evaluate_command,
     run_folder,
 )
-from agents.settings import Settings, read_settings
-from powered_walker_env.files import write_text
+from agents.supervisor import Supervisor
+from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
-DEFAULT_ALGORITHM = "ppo"
-_FIXED = ("algo", "env", "env_kwargs", "config", "hyperparams", "seed", "every", "episodes")
-STOPPED = 130  # exit status of a program that Ctrl-C ended
+# Networks this small gain nothing from a GPU or a second thread, and on shared cores two wait for
+# each other: 32,768 strides of PPO took 8 s with one and 8 to 55 s with two.
+TORCH_THREADS = 1
 
 
 def train(
@@ -57,76 +54,84 @@ def train(
     *,
     resume: bool = False,
     overwrite: bool = False,
-    device: str = "cpu",
-    tensorboard: bool = False,
+    stop_at: int | None = None,
     quiet: bool = False,
-) -> Progress:
+) -> Supervisor:
     """Train, or go on training; everything lands in `folder`.
 
     Args:
-        resume: go on from the checkpoint in `folder`, up to `settings.n_timesteps`.
+        resume: go on from the checkpoint in `folder`.
         overwrite: replace a run that is there.
-        device: "cpu" or "cuda".
-        tensorboard: write its logs, too.
+        stop_at: stop with a checkpoint after so many strides, before the end.
         quiet: print nothing.
 
     Returns:
-        The callback, with `history` and whether it `stopped` early.
+        The callback, with `history`, whether it `stopped` early and where it `saved_steps`.
 
     Raises:
-        UserError: settings that will not do, a run that exists, or none to resume.
+        ValueError: settings that will not do, a run that exists, or none to resume.
+        KeyboardInterrupt: asked to stop a second time.
     """
-    limit_threads()
-    env = VecMonitor(_environment(settings))
+    torch.set_num_threads(TORCH_THREADS)
+    task_of(settings.env_id, **settings.env_kwargs)  # says what is wrong with them
+    env = PoweredWalkerVecEnv(settings.env_id, settings.n_envs, **settings.env_kwargs)
     history: History = []
+    draws: dict[str, Any] | None = None
     if resume:
-        clear_leftovers(folder)
-        model, history = load_checkpoint(folder / CHECKPOINT, env, device)
+        for part in folder.glob(".*.part*"):  # what a killed process left half written
+            part.unlink(missing_ok=True)
+        model, history, draws = load_checkpoint(folder / CHECKPOINT, env, settings)
     else:
-        model = _new_model(settings, env, device)
+        model = _new_model(settings, env)
         create_run(folder, settings, overwrite=overwrite)
-    outputs = ["tensorboard"] if tensorboard else []
+    outputs = ["tensorboard"] if importlib.util.find_spec("tensorboard") is not None else []
     model.set_logger(configure(str(folder), outputs))
-    progress = Progress(settings, folder, history, quiet)
-    remaining = settings.n_timesteps - model.num_timesteps
+    supervisor = Supervisor(settings, folder, history, draws, stop_at, quiet)
+    supervisor.num_timesteps = supervisor.saved_steps = model.num_timesteps
+    callbacks: list[BaseCallback] = [supervisor]
+    if sys.stderr.isatty() and not quiet:
+        callbacks.append(ProgressBarCallback())
 
     def request_stop() -> None:
-        progress.stop_requested = True
+        supervisor.stop_requested = True
 
+    remaining = settings.n_timesteps - model.num_timesteps
     try:
         with polite_stop(request_stop):
             if remaining > 0:
-                model.learn(remaining, callback=progress, reset_num_timesteps=not resume)
+                model.learn(remaining, CallbackList(callbacks), reset_num_timesteps=not resume)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted; go on from stride {supervisor.saved_steps:,}: {go_on(folder)}"
+            if (folder / CHECKPOINT).is_file()
+            else "interrupted before the first checkpoint"
+        ) from None
     finally:
-        progress.close()
         model.logger.close()
         env.close()
-    return progress
+    return supervisor
 
 
-def _environment(settings: Settings) -> PoweredWalkerVecEnv:
-    make_walkers(settings.env_id, 1, **settings.env_kwargs)  # says what is wrong with them
-    return PoweredWalkerVecEnv(
-        settings.env_id, settings.n_envs, settings.seed, **settings.env_kwargs
-    )
-
-
-def _new_model(settings: Settings, env: VecMonitor, device: str) -> BaseAlgorithm:
-    numbers = (env.action_space.shape or (0,))[0]
+def _new_model(settings: Settings, env: PoweredWalkerVecEnv) -> BaseAlgorithm:
+    kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
     try:
-        return algorithm(settings.algo).load_class()(
-            env=env, seed=settings.seed, device=device, **settings.model_kwargs(numbers)
-        )
-    except (AssertionError, TypeError, ValueError, KeyError) as error:
-        raise UserError(f"{settings.algo} does not take these settings: {error}") from error
+        return load_class(settings.algo)(env=env, seed=settings.seeds[0], device="cpu", **kwargs)
+    except (AssertionError, TypeError, ValueError, KeyError, RuntimeError) as error:
+        raise ValueError(f"{settings.algo} does not take these settings: {error}") from error
+
+
+def go_on(folder: Path) -> str:
+    """The command that goes on with a run, ready to be pasted."""
+    words = ["python", "-m", "agents.train", "--resume", "--name", folder.name]
+    if folder.parent != RUNS:
+        words += ["--runs", str(folder.parent)]
+    return shlex.join(words)
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     result = argparse.ArgumentParser(prog="python -m agents.train", description=__doc__)
-    result.add_argument(
-        "--algo", choices=ALGORITHMS, help=f"algorithm (default: {DEFAULT_ALGORITHM})"
-    )
+    result.add_argument("--algo", choices=ALGORITHMS, help=f"(default: {Settings.algo})")
     add_env_arguments(result, default=None)
     result.add_argument("--name", help="of the run (default: ALGO-ENV-SEED)")
     result.add_argument(
@@ -139,7 +144,10 @@ def parser() -> argparse.ArgumentParser:
         "--hyperparams", nargs="+", metavar="KEY:VALUE", help="in place of those of the file"
     )
     result.add_argument(
-        "--steps", type=positive_int, help="strides in all (default: n_timesteps of the file)"
+        "--steps",
+        type=positive_int,
+        help="strides in all (default: n_timesteps of the file); with --resume, where to stop "
+        "before the end",
     )
     result.add_argument("--seed", type=natural_int, help="of everything random (default: 0)")
     result.add_argument("--runs", type=Path, default=RUNS, help="where runs go (default: runs)")
@@ -150,15 +158,7 @@ def parser() -> argparse.ArgumentParser:
         "--every", type=positive_int, help="strides between evaluations (default: a tenth)"
     )
     result.add_argument(
-        "--episodes",
-        type=positive_int,
-        help=f"of an evaluation (default: {Settings.episodes})",
-    )
-    result.add_argument(
-        "--gpu",
-        choices=("no", "yes"),
-        default="no",
-        help="use one; networks this small are faster without (default: %(default)s)",
+        "--episodes", type=positive_int, help=f"of an evaluation (default: {Settings.episodes})"
     )
     return result
 
@@ -167,47 +167,36 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command."""
     options = parser().parse_args(arguments)
     settings, folder = _resumed(options) if options.resume else _fresh(options)
-    if options.gpu == "yes" and not torch.cuda.is_available():
-        raise UserError("no GPU was found; leave --gpu away")
-    print(f"{settings.algo} on {settings.env_id}, seed {settings.seed}, in {folder}")
+    print(f"{settings.algo} on {settings.env_id}, seed {settings.seed}, in {folder}", flush=True)
     began = time.monotonic()
-    resume_command = f"python -m agents.train --resume --name {folder.name}"
-    if options.runs != RUNS:
-        resume_command += f" --runs {options.runs}"
-    try:
-        progress = train(
-            settings,
-            folder,
-            resume=options.resume,
-            overwrite=options.overwrite,
-            device="cuda" if options.gpu == "yes" else "cpu",
-            tensorboard=importlib.util.find_spec("tensorboard") is not None,
+    done = train(
+        settings,
+        folder,
+        resume=options.resume,
+        overwrite=options.overwrite,
+        stop_at=options.steps if options.resume else None,
+    )
+    if done.stopped:
+        raise KeyboardInterrupt(
+            f"stopped at {done.saved_steps:,} of {settings.n_timesteps:,} strides; "
+            f"go on: {go_on(folder)}"
         )
-    except KeyboardInterrupt:
-        print(f"interrupted; go on from the last checkpoint: {resume_command}", file=sys.stderr)
-        raise
-    if progress.stopped:
-        print(
-            f"stopped at {progress.num_timesteps:,} of {settings.n_timesteps:,} steps; "
-            f"go on: {resume_command}"
-        )
-        raise SystemExit(STOPPED)
-    print(f"{progress.num_timesteps:,} steps, {time.monotonic() - began:.0f} s")
-    print(f"evaluate it: python -m agents.evaluate open-loop lqr {folder} --env {settings.env_id}")
+    print(f"{done.num_timesteps:,} strides, {time.monotonic() - began:.0f} s")
+    print(f"evaluate it: {evaluate_command(folder, settings.env_id, settings.env_kwargs)}")
 
 
 def _fresh(options: argparse.Namespace) -> tuple[Settings, Path]:
     """Settings and folder of a new run."""
     settings = read_settings(
-        options.algo or DEFAULT_ALGORITHM,
+        options.algo or Settings.algo,
         options.env or ROUND_FOOT,
         options.config,
-        seed=options.seed or 0,
-        steps=options.steps,
         env_kwargs=pairs(options.env_kwargs),
         hyperparameters=pairs(options.hyperparams),
+        seed=options.seed,
+        n_timesteps=options.steps,
         every=options.every,
-        episodes=options.episodes or Settings.episodes,
+        episodes=options.episodes,
     )
     env_name = settings.env_id.rpartition(":")[2]
     name = options.name or f"{settings.algo}-{env_name}-{settings.seed}"
@@ -217,15 +206,18 @@ def _fresh(options: argparse.Namespace) -> tuple[Settings, Path]:
 def _resumed(options: argparse.Namespace) -> tuple[Settings, Path]:
     """Settings and folder of a run to go on with."""
     if options.name is None:
-        raise UserError("--resume needs the --name of the run")
-    given = [f"--{name.replace('_', '-')}" for name in _FIXED if getattr(options, name) is not None]
+        raise ValueError("--resume needs the --name of the run")
+    fixed = ("algo", "env", "env_kwargs", "config", "hyperparams", "seed", "every", "episodes")
+    given = [f"--{name.replace('_', '-')}" for name in fixed if getattr(options, name) is not None]
     if given:
-        raise UserError(f"leave {', '.join(given)} away: a resumed run keeps its settings")
+        raise ValueError(f"leave {', '.join(given)} away: a resumed run keeps its settings")
     folder = run_folder(options.name, options.runs)
     settings = read_run(folder)
-    if options.steps is not None:
-        settings = replace(settings, n_timesteps=options.steps)
-        write_text(folder / CONFIG, config_text(settings))
+    if options.steps is not None and options.steps > settings.n_timesteps:
+        raise ValueError(
+            f"--steps must be at most {settings.n_timesteps} with --resume, got {options.steps}: "
+            "the run's schedules end there; train a new run for longer"
+        )
     return settings, folder
 
 

@@ -1,9 +1,10 @@
-"""Benchmarks that anyone can run: `powered-walker bench`.
+"""Benchmarks that anyone can run: `python -m benchmarks`. One file tells one story.
 
-- `equations`: the walker for other people's integrators; `problem`: what all have to solve;
-- `contenders`, `taylor`: who solves it; `precision`: their speed beside their accuracy;
-- `roofline`, `counting`: what the machine allows;
+- `precision`: strides a second beside their error, ours and those of other people's integrators;
+- `roofline`: what the machine's arithmetic allows;
 - `scaling`: with the number of walkers, and of cores;
-- `environments`, `startup`: what stands between a stride and its user;
-- `timing`: how all is timed; `machine`: on what; `tables`, `drawings`: how it is told.
+- `environments`, `startup`: what stands between a stride and its user.
+
+All solve the problem of `strides`, by the walker's `equations` written once more for others, and
+are timed by `timing`.
 """

@@ -20,7 +20,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from powered_walker_env.model.powering.motor import Control
+from powered_walker_env.model.powering import Control
 from powered_walker_env.model.walker import CONSERVING, WalkerParams
 
 Array = NDArray[np.float64]
@@ -68,19 +68,19 @@ def constants(params: WalkerParams, control: Control) -> Constants:
             "the equations to compare with are those of the text"
         )
     return Constants(
-        params.leg_length,
-        params.foot_length,
-        params.foot_radius,
-        params.locked_ankle_angle,
-        params.leg_mass,
-        params.leg_inertia,
-        params.com_along,
-        params.com_across,
-        params.gravity * math.cos(params.slope),
-        -params.gravity * math.sin(params.slope),
-        control.stall_torque,
-        1.0 / params.no_load_speed,
-        control.switch_angle,
+        L=params.leg_length,
+        D=params.foot_length,
+        R=params.foot_radius,
+        lock=params.locked_ankle_angle,
+        M=params.leg_mass,
+        I=params.leg_inertia,
+        X=params.com_along,
+        Y=params.com_across,
+        g_up=params.gravity * math.cos(params.slope),
+        g_forward=-params.gravity * math.sin(params.slope),
+        stall=control.stall_torque,
+        damping=1.0 / params.no_load_speed,
+        switch=control.switch_angle,
     )
 
 
@@ -154,19 +154,20 @@ def clearance(c: Any, turns: Any, turn_of_new_foot: Any) -> Any:
 
 
 @register_jitable
-def _points(c: Any, phi: float, alpha: float, beta: float) -> Any:
-    """From the contact point: ankle; and from one to the next: both legs, the hip."""
-    P = c.R + c.D * cmath.exp(1j * phi)
-    A = (c.X + 1j * c.Y) * cmath.exp(1j * alpha)
-    H = c.L * cmath.exp(1j * alpha)
-    B = (c.L - c.X - 1j * c.Y) * cmath.exp(1j * beta)
-    return P, A, H, B
+def _turns(phi: float, alpha: float, beta: float) -> Any:
+    return (
+        math.cos(phi), math.sin(phi), math.cos(alpha), math.sin(alpha),
+        math.cos(beta), math.sin(beta),
+    )  # fmt: skip
 
 
 @register_jitable
-def _momenta(c: Any, points: Any, rates: Any, about: complex, trailing_is_stance: bool) -> Any:
+def _momenta(c: Any, angles: Any, rates: Any, about: complex, trailing_is_stance: bool) -> Any:
     """Angular momentum of the walker about a point of the floor, of one leg about the hip."""
-    P, A, H, B = points
+    P = c.R + c.D * cmath.exp(1j * angles[0])  # ankle from the contact point
+    A = (c.X + 1j * c.Y) * cmath.exp(1j * angles[1])
+    H = c.L * cmath.exp(1j * angles[1])
+    B = (c.L - c.X - 1j * c.Y) * cmath.exp(1j * angles[2])
     v_ankle = 1j * rates[0] * P
     v_a = v_ankle + 1j * rates[1] * A
     v_b = v_ankle + 1j * rates[1] * H + 1j * rates[2] * B
@@ -184,46 +185,33 @@ def equations(c: Constants, *, jitted: bool) -> Equations:
     compiled: Any = numba.njit(error_model="numpy") if jitted else lambda function: function
 
     def swing(_: float, y: Array) -> Array:
-        alpha, beta, da, db = float(y[0]), float(y[1]), float(y[2]), float(y[3])
-        phi = alpha - c.lock
-        turns = (
-            math.cos(phi), math.sin(phi), math.cos(alpha), math.sin(alpha),
-            math.cos(beta), math.sin(beta),
-        )  # fmt: skip
-        dda, ddb = locked_accelerations(c, turns, (da, da, db))
-        return np.array([da, db, dda, ddb])
+        turns = _turns(y[0] - c.lock, y[0], y[1])
+        dda, ddb = locked_accelerations(c, turns, (y[2], y[2], y[3]))
+        return np.array([y[2], y[3], dda, ddb])
 
     def switched(_: float, y: Array) -> float:
         return float(y[1] - y[0] - c.switch)
 
     def extension(_: float, y: Array) -> Array:
-        phi, alpha, beta = float(y[0]), float(y[1]), float(y[2])
-        df, da, db = float(y[3]), float(y[4]), float(y[5])
-        turns = (
-            math.cos(phi), math.sin(phi), math.cos(alpha), math.sin(alpha),
-            math.cos(beta), math.sin(beta),
-        )  # fmt: skip
-        ddf, dda, ddb = free_accelerations(c, turns, (df, da, db))
-        return np.array([df, da, db, ddf, dda, ddb])
+        turns = _turns(y[0], y[1], y[2])
+        ddf, dda, ddb = free_accelerations(c, turns, (y[3], y[4], y[5]))
+        return np.array([y[3], y[4], y[5], ddf, dda, ddb])
 
     def landed(_: float, y: Array) -> float:
-        turns = (math.cos(y[0]), 0.0, math.cos(y[1]), 0.0, math.cos(y[2]), 0.0)
-        return float(clearance(c, turns, math.cos(y[2] - c.lock)))
+        return float(clearance(c, _turns(y[0], y[1], y[2]), math.cos(y[2] - c.lock)))
 
     def strike(y: Array) -> Array:
-        phi, alpha, beta = float(y[0]), float(y[1]), float(y[2])
+        phi, alpha, beta = y[0], y[1], y[2]
         foot_to_foot = c.D * (math.sin(phi) + math.sin(beta - c.lock))
         foot_to_foot += c.L * (math.sin(alpha) + math.sin(beta))
-        whole, leg = _momenta(
-            c, _points(c, phi, alpha, beta), (y[3], y[4], y[5]), 1j * foot_to_foot, True
-        )
-        a, s = beta - math.pi, alpha
-        after = _points(c, a - c.lock, a, s + math.pi)
+        before = (y[3], y[4], y[5])
+        whole, leg = _momenta(c, (phi, alpha, beta), before, 1j * foot_to_foot, True)
+        a = beta - math.pi
+        after = (a - c.lock, a, alpha + math.pi)
         w1, l1 = _momenta(c, after, (1.0, 1.0, 0.0), 0j, False)
         w2, l2 = _momenta(c, after, (0.0, 0.0, 1.0), 0j, False)
         determinant = w1 * l2 - w2 * l1
-        return np.array(
-            [a, s, (whole * l2 - w2 * leg) / determinant, (w1 * leg - whole * l1) / determinant]
-        )
+        rates = (whole * l2 - w2 * leg) / determinant, (w1 * leg - whole * l1) / determinant
+        return np.array([a, alpha, rates[0], rates[1]])
 
     return Equations(*(compiled(f) for f in (swing, switched, extension, landed, strike)))

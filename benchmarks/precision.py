@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.contenders import Contender, contenders
-from benchmarks.problem import MANY, STARTS, Array, Problem
-from benchmarks.timing import Case, Timing, measure
-from powered_walker_env.simulation.strides import LOOSEST, TIGHTEST, stride_batch
+from benchmarks.strides import MANY, STARTS, Method, Problem, methods
+from benchmarks.timing import Array, Case, Section, Timing, measure
+from powered_walker_env.simulation.arguments import LOOSEST, TIGHTEST
+from powered_walker_env.tabular import aligned
+
+if TYPE_CHECKING:
+    from powered_walker_env.pictures.charts import Drawing
 
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 LOST = 1e-2  # an error from which it is another stride: steps so long that they miss an event
-BASELINE = 0  # the contender that ratios are taken to: scipy's plain one
 
 
 @dataclass(frozen=True)
 class Rung:
-    """A contender at one tolerance."""
+    """A method at one tolerance."""
 
     method: str
     cores: str  # "1" or "all"
@@ -30,54 +33,49 @@ class Rung:
     given: float  # cores that the machine gave: fewer where others use it, too
 
 
-@dataclass(frozen=True)
-class Precision:
-    """All rungs, and what they are measured against."""
-
-    walker: str
-    rungs: tuple[Rung, ...]
-    missing: dict[str, str]  # contenders that are not installed, and the remedy
-    # By method: how far it is, at its tightest, from the reference (ours at rtol 1e-13).
-    agreement: dict[str, float]
-    worst_of_many: dict[float, float]  # ours: rtol to the largest error of MANY strides
-
-
-def precision(problem: Problem, rtols: Sequence[float] = RTOLS, seconds: float = 1.0) -> Precision:
-    """Measure all contenders at all tolerances, in the same rounds.
+def precision(problem: Problem, rtols: Sequence[float] = RTOLS, seconds: float = 1.0) -> Section:
+    """Measure all methods at all tolerances, in the same rounds.
 
     Args:
-        seconds: for each contender, shared out over the tolerances.
+        seconds: for each method, shared out over the tolerances.
 
     Raises:
-        ValueError: a tolerance out of bounds, or seconds that are not positive.
+        ValueError: a tolerance out of bounds.
     """
     tolerances = check_rtols(rtols)
-    present = [c for c in contenders() if not c.missing]
+    present = [method for method in methods() if not method.missing]
+    missing = {method.name: method.missing for method in methods() if method.missing}
     errors, cases = [], []
-    for contender in present:
+    for method in present:
+        batch = np.resize(problem.starts, (method.batch, 4))
         for rtol in tolerances:
-            error, case = _prepare(contender, problem, rtol)
-            errors.append(error)
-            cases.append(case)
+            advance = method.make(problem, rtol)
+            errors.append(problem.error(advance(problem.starts[:STARTS])))
+            cases.append(Case(lambda f=advance, b=batch: f(b), method.batch))  # type: ignore[misc]
     timings = measure(cases, seconds / len(tolerances))
-    shape = len(present), len(tolerances)
-    return Precision(
-        problem.name,
-        tuple(_rungs(present, tolerances, np.reshape(errors, shape), timings)),
-        {c.name: c.missing for c in contenders() if c.missing},
-        {c.name: _distance(c, problem) for c in present if not c.name.startswith("ours")},
-        {rtol: _worst(problem, rtol) for rtol in tolerances},
-    )
+    rungs = _rungs(present, tolerances, np.reshape(errors, (len(present), -1)), timings)
+    agreement = {
+        method.name: problem.error(method.make(problem, TIGHTEST)(problem.starts[:STARTS]))
+        for method in present
+        if not method.name.startswith("ours")
+    }
+    worst = {rtol: problem.error(problem.walked(problem.starts, rtol)) for rtol in tolerances}
+    return Section(
+        _text(problem, rungs, missing, agreement, worst),
+        {
+            "rungs": [asdict(rung) for rung in rungs], "missing": missing,
+            "agreement": agreement, "worst_of_many": worst,
+        },
+        lambda: {"work_precision": _drawing(problem, rungs)},
+    )  # fmt: skip
 
 
 def check_rtols(rtols: Sequence[float]) -> tuple[float, ...]:
     """The tolerances from loose to tight, each once.
 
     Raises:
-        ValueError: none, or one out of bounds.
+        ValueError: one out of bounds.
     """
-    if not rtols:
-        raise ValueError("rtols must be at least one tolerance, got none")
     for rtol in rtols:
         if not TIGHTEST <= rtol <= LOOSEST:
             raise ValueError(f"rtol must lie in [{TIGHTEST}, {LOOSEST}], got {rtol!r}")
@@ -97,51 +95,81 @@ def speed_at(error: float, errors: Array, speeds: Array) -> float:
     return float(np.exp(np.interp(np.log(max(error, 1e-300)), x, y)))
 
 
-def _prepare(contender: Contender, problem: Problem, rtol: float) -> tuple[float, Case]:
-    """The error, and what to time: the contender compiled and seen to run."""
-    advance = contender.make(problem, rtol)
-    error = problem.error(advance(problem.starts[:STARTS]))
-    batch = np.resize(problem.starts, (contender.batch, 4))
-    return error, Case(lambda: advance(batch), contender.batch)
-
-
 def _rungs(
-    present: list[Contender], rtols: tuple[float, ...], errors: Array, timings: list[Timing]
+    present: list[Method], rtols: tuple[float, ...], errors: Array, timings: list[Timing]
 ) -> list[Rung]:
-    """Medians, and ratios taken round by round."""
-    count = len(rtols)
-    base = timings[BASELINE * count : (BASELINE + 1) * count]
-    rungs = []
-    for i, contender in enumerate(present):
-        for j, rtol in enumerate(rtols):
-            timing, error = timings[i * count + j], float(errors[i, j])
-            clock = "wall" if contender.every_core else "cpu"
-            per_stride = getattr(timing, clock)
-            base_speeds = np.array([1.0 / getattr(rung, clock) for rung in base])  # (rtols, rounds)
-            ratios = [
-                1.0 / (own * speed_at(error, errors[BASELINE], speeds))
-                for own, speeds in zip(per_stride, base_speeds.T, strict=True)
-            ]
-            rungs.append(
-                Rung(
-                    contender.name,
-                    "all" if contender.every_core else "1",
-                    rtol,
-                    error,
-                    timing.rate if contender.every_core else timing.rate_per_core,
-                    float(np.median(ratios)),
-                    timing.cores,
-                )
-            )
+    """Medians, and ratios to the first method taken round by round."""
+    rungs, count = [], len(rtols)
+    for i, timing in enumerate(timings):
+        method, rtol, error = present[i // count], rtols[i % count], float(errors.flat[i])
+        clock = "wall" if method.every_core else "cpu"
+        base = np.array([1.0 / getattr(rung, clock) for rung in timings[:count]])
+        ratios = [
+            1.0 / (own * speed_at(error, errors[0], speeds))
+            for own, speeds in zip(getattr(timing, clock), base.T, strict=True)
+        ]
+        rate = timing.rate if method.every_core else timing.rate_per_core
+        used = "all" if method.every_core else "1"
+        ratio = float(np.median(ratios))
+        rungs.append(Rung(method.name, used, rtol, error, rate, ratio, timing.cores))
     return rungs
 
 
-def _distance(contender: Contender, problem: Problem) -> float:
-    """Of a contender at its tightest from the reference, over the starts."""
-    return problem.error(contender.make(problem, TIGHTEST)(problem.starts[:STARTS]))
+def _text(
+    problem: Problem,
+    rungs: list[Rung],
+    missing: Mapping[str, str],
+    agreement: Mapping[str, float],
+    worst: Mapping[float, float],
+) -> str:
+    lines = [("method", "cores", "rtol", "error", "strides/s", "to scipy at equal error")]
+    for rung in rungs:
+        found = f"{rung.error:.1e}" if rung.error < LOST else "loses its way"
+        ratio = "" if rung.ratio != rung.ratio else f"{rung.ratio:,.3g}"
+        speed = f"{rung.strides_per_second:,.0f}"
+        lines.append((rung.method, rung.cores, f"{rung.rtol:.0e}", found, speed, ratio))
+    distances = ", ".join(f"{name} {value:.0e}" for name, value in agreement.items())
+    many = ", ".join(f"{error:.0e} at {rtol:.0e}" for rtol, error in worst.items())
+    given = min(rung.given for rung in rungs if rung.cores == "all")
+    return "\n".join(
+        [
+            f"Work and precision: one stride of {problem.name}",
+            "",
+            *aligned(lines),
+            *(f"{name}: {remedy}" for name, remedy in missing.items()),
+            "",
+            f"error: largest component of the post-strike state (rad, rad/s) over {STARTS} starts",
+            "near the gait, against this package at rtol 1e-13, from which the others at 1e-13",
+            f"differ by: {distances};",
+            '"loses its way": steps so long that they jump over an event',
+            f"ours over {MANY} starts: {many};",
+            "strides/s: of CPU time on one core, of wall time on all (of which the machine gave "
+            f"{given:.2f}",
+            "or more); medians of rounds in turn",
+        ]
+    )
 
 
-def _worst(problem: Problem, rtol: float) -> float:
-    """The largest error of all the starts, by this package."""
-    batch = stride_batch(problem.starts[:MANY], problem.controls, problem.params, rtol=rtol)
-    return problem.error(batch.state)
+def _drawing(problem: Problem, rungs: list[Rung]) -> Drawing:
+    """Strides per second against error, a line for each method."""
+    from powered_walker_env.pictures.charts import sheet as paper
+
+    @paper.styled
+    def draw() -> Drawing:
+        figure, (axes,) = paper.sheet()
+        colours = paper.GREY, paper.INK, paper.ORANGE, paper.VIOLET, paper.BLUE, paper.RED
+        for name, colour in zip(dict.fromkeys(r.method for r in rungs), colours, strict=False):
+            good = [r for r in rungs if r.method == name and 0 < r.error < LOST]
+            errors, speeds = [r.error for r in good], [r.strides_per_second for r in good]
+            axes.loglog(errors, speeds, color=colour, marker="o", label=name)
+        axes.invert_xaxis()
+        axes.set(
+            xlabel="largest error of the post-strike state (rad, rad/s)",
+            ylabel="strides per second",
+            title=f"One stride of {problem.name}: work and precision",
+        )
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        columns = {field: [getattr(rung, field) for rung in rungs] for field in asdict(rungs[0])}
+        return paper.Drawing(figure, columns)
+
+    return draw()

@@ -1,7 +1,7 @@
-"""Cold start: what a new process waits for before its first stride.
+"""Cold start: what a new process waits for, part by part, with and without kernels on disk.
 
-Each time is measured inside a fresh interpreter that finds the kernels compiled on disk
-(a first one, unmeasured, sees to that).
+The parts follow one another in one fresh interpreter, first over an empty cache, then over what
+that has left there. Processor time is told beside wall time: it is the one to compare.
 """
 
 from __future__ import annotations
@@ -10,84 +10,79 @@ import json
 import os
 import subprocess
 import sys
-import time
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
+from benchmarks.timing import Section
+from powered_walker_env.tabular import aligned
 
-PROCESSES = 3  # of which the medians are told
-PATIENCE = 300.0  # s: the first process may have kernels to compile
-
-_CLOCK = """
+RUNS, CLOCKS = ("empty cache", "kernels on disk"), ("CPU s", "wall s")
+PATIENCE = 600.0  # s, of one process
+PARTS = """
 import json, time
-marks, begun = {}, time.perf_counter()
-def mark(name):
-    global begun
-    now = time.perf_counter()
-    marks[name] = now - begun
-    begun = time.perf_counter()
-"""
-_ENVIRONMENT = f"""{_CLOCK}
-import gymnasium, numpy
-mark("import gymnasium and numpy")
-import powered_walker_env
-mark("import powered_walker_env")
-env = gymnasium.make("powered_walker_env:PoweredWalker-v0")
-mark("gymnasium.make")
-env.reset(seed=0)
-mark("first reset")
-action = numpy.zeros(2, numpy.float32)
-env.step(action)
-mark("first env.step")
-env.step(action)
-mark("second env.step")
-print(json.dumps(marks))
-"""
-_STRIDE = f"""{_CLOCK}
-from powered_walker_env import stride
-from powered_walker_env import (PRESETS)
-mark("import powered_walker_env (with all it needs)")
-params, control, state, _ = PRESETS["camp1997"]
-stride(state, control, params)
-mark("first stride")
-stride(state, control, params)
-mark("second stride")
-print(json.dumps(marks))
+found = {}
+def part(name, work):
+    cpu, wall = time.process_time(), time.perf_counter()
+    work()
+    found[name] = time.process_time() - cpu, time.perf_counter() - wall
+
+def load():
+    global gymnasium, numpy, stride, find_gait
+    import gymnasium, numpy
+    from powered_walker_env import PRESETS, find_gait, stride
+    globals().update(zip(("params", "control", "state"), PRESETS["camp1997"]))
+
+def first_step():
+    global env
+    env = gymnasium.make("powered_walker_env:PoweredWalker-v0")
+    env.reset(seed=0)
+    step()
+
+def step():
+    env.step(numpy.zeros(2, numpy.float32))
+
+part("imports", load)
+part("first stride", lambda: stride(state, control, params))
+part("second stride", lambda: stride(state, control, params))
+part("first env.step, with make and reset", first_step)
+part("second env.step", step)
+part("first find_gait", lambda: find_gait(params, control, state))
+part("second find_gait", lambda: find_gait(params, control, state))
+print(json.dumps(found))
 """
 
 
-@dataclass(frozen=True)
-class Startup:
-    """Seconds, medians over processes; in the order in which they pass."""
-
-    environment: dict[str, float]
-    stride: dict[str, float]
-    first_process: float  # s: the very first, which compiles if nobody has before
-
-
-def startup(processes: int = PROCESSES) -> Startup:
-    """Start processes and ask them how long they took.
+def startup() -> Section:
+    """Start two processes and ask them how long they took.
 
     Raises:
         RuntimeError: one that failed, with what it said.
     """
-    begun = time.perf_counter()
-    _marks(_ENVIRONMENT)
-    first = time.perf_counter() - begun
-    _marks(_STRIDE)
-    runs = [(_marks(_ENVIRONMENT), _marks(_STRIDE)) for _ in range(processes)]
-    environment, stride = (_medians([run[i] for run in runs]) for i in range(2))
-    return Startup(environment, stride, first)
+    with tempfile.TemporaryDirectory() as cache:
+        cold, warm = (times({"NUMBA_CACHE_DIR": cache}) for _ in RUNS)
+    rows: list[tuple[str, ...]] = [
+        ("part", *(f"{run}, {clock}" for run in RUNS for clock in CLOCKS))
+    ]
+    for name in cold:
+        rows.append((name, *(f"{x:.3f}" for x in (*cold[name], *warm[name]))))
+    sums = [sum(x) for run in (cold, warm) for x in zip(*run.values(), strict=True)]
+    rows.append(("in all", *(f"{x:.3f}" for x in sums)))
+    text = "\n".join(["Cold start: new processes", "", *aligned(rows)])
+    return Section(text, dict(zip(RUNS, (cold, warm), strict=True)))
 
 
-def _marks(script: str) -> dict[str, float]:
-    """The times that a script prints."""
+def times(environment: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """CPU and wall time of each part in a new process, s.
+
+    Args:
+        environment: its variables, beside ours.
+    """
     package = str(Path(__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))
     finished = subprocess.run(
-        [sys.executable, "-c", script],
-        env={**os.environ, "PYTHONPATH": path},
+        [sys.executable, "-c", PARTS],
+        env={**os.environ, "PYTHONPATH": path, **environment},
         capture_output=True,
         text=True,
         timeout=PATIENCE,
@@ -95,9 +90,5 @@ def _marks(script: str) -> dict[str, float]:
     )
     if finished.returncode:
         raise RuntimeError(f"a new process failed to walk: {finished.stderr.strip()[-500:]}")
-    marks: dict[str, float] = json.loads(finished.stdout.splitlines()[-1])
-    return marks
-
-
-def _medians(runs: list[dict[str, float]]) -> dict[str, float]:
-    return {name: float(np.median([run[name] for run in runs])) for name in runs[0]}
+    found: dict[str, tuple[float, float]] = json.loads(finished.stdout.splitlines()[-1])
+    return found

@@ -9,24 +9,34 @@ trust.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from powered_walker_env.pictures.charts import Drawing
 
 Array = NDArray[np.float64]
 
 ROUNDS = 5  # enough for a median that one slow round does not move
 
 
-@dataclass(frozen=True)
-class Case:
+class Section(NamedTuple):
+    """What a benchmark found: for people, for programs, and drawn if asked."""
+
+    text: str
+    data: dict[str, Any]
+    draw: Callable[[], Mapping[str, Drawing]] = dict
+
+
+class Case(NamedTuple):
     """Something to time."""
 
     work: Callable[[], Any]
-    units: int  # done by one call: strides, steps
+    units: int = 1  # done by one call: strides, steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +68,7 @@ def measure(cases: Sequence[Case], seconds: float, rounds: int = ROUNDS) -> list
     Args:
         seconds: for each case in all, on average; every round makes at least one call of
             each, and where that takes longer there are fewer rounds, down to one.
-
-    Raises:
-        ValueError: seconds that are not positive.
     """
-    check_seconds(seconds)
     calls, shortest = [], 0.0
     for case in cases:
         once = _seconds(case.work, 1)[0]
@@ -76,28 +82,6 @@ def measure(cases: Sequence[Case], seconds: float, rounds: int = ROUNDS) -> list
         for i, case in enumerate(cases):
             taken[i, turn] = np.array(_seconds(case.work, calls[i])) / (calls[i] * case.units)
     return [Timing(rows[:, 0], rows[:, 1]) for rows in np.maximum(taken, 1e-12)]
-
-
-def median_of_calls(work: Callable[[], Any], between: Callable[[], Any], calls: int) -> float:
-    """Median wall time of one call, s; `between` runs before each, untimed."""
-    taken = np.empty(calls)
-    for i in range(calls):
-        between()
-        begun = time.perf_counter()
-        work()
-        taken[i] = time.perf_counter() - begun
-    return float(np.median(taken))
-
-
-def check_seconds(seconds: float) -> float:
-    """The time to spend.
-
-    Raises:
-        ValueError: not a positive, finite number.
-    """
-    if not 0 < seconds < float("inf"):
-        raise ValueError(f"seconds must be positive and finite, got {seconds!r}")
-    return seconds
 
 
 def _seconds(work: Callable[[], Any], calls: int) -> tuple[float, float]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 
@@ -28,3 +29,33 @@ def write_text(target: Path, text: str) -> None:
     """Write a text file (UTF-8)."""
     with written_aside(target) as aside:
         aside.write_text(text, encoding="utf-8")
+
+
+def check_writable(targets: Sequence[Path], overwrite: bool, name: str = "--out") -> None:
+    """Find out before the work begins whether files can be put where they should go.
+
+    Args:
+        targets: all in one folder. overwrite: whether files that exist may be replaced.
+        name: of the argument that asked for them, for the message.
+
+    Raises:
+        FileNotFoundError, FileExistsError, OSError: they cannot, or must not; with the remedy.
+    """
+    folder = targets[0].parent
+    if not folder.is_dir():
+        raise FileNotFoundError(f"the folder {str(folder)!r} does not exist; make it first")
+    for target in targets:
+        if target.is_dir():
+            raise FileExistsError(f"{str(target)!r} is a folder; choose another {name}")
+        if target.exists() and not overwrite:
+            raise FileExistsError(
+                f"{str(target)!r} exists already; choose another {name}, or --overwrite"
+            )
+    try:
+        with tempfile.TemporaryFile(dir=folder) as trial:
+            trial.write(b" " * 4096)  # a full disk makes a file, but holds nothing
+    except OSError as error:
+        raise OSError(
+            f"nothing can be written in the folder {str(folder)!r} ({error.strerror}); "
+            f"choose another {name}"
+        ) from error

@@ -35,12 +35,13 @@ from typing import Any
 
 import numpy as np
 
-from powered_walker_env import model, poincare, simulation
 from powered_walker_env.files import written_aside
+from powered_walker_env.model.powering import SCHEMES
 
 FORMAT = "powered-walker result"
 REVISION = 1  # of the layout described above
 DOCUMENT = "result"  # the entry that holds the JSON text
+ROOMS = ("model", "simulation", "poincare")  # whose classes a file may name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +120,7 @@ def result_info(path: str | os.PathLike[str]) -> dict[str, Any]:
         }
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """Versions of what computed a result."""
     names = ("powered-walker-env", "numpy", "numba", "scipy")
@@ -157,9 +159,10 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 @functools.cache
 def _types() -> dict[str, Any]:
     """The classes that a file may name: those of the package's mechanics and studies."""
+    packages = (importlib.import_module(f"powered_walker_env.{room}") for room in ROOMS)
     sources = (
         found.name
-        for package in (model, simulation, poincare)
+        for package in packages
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     )
     known: dict[str, Any] = {"UnsavedPolicy": UnsavedPolicy}
@@ -170,6 +173,12 @@ def _types() -> dict[str, Any]:
             if ours and (_is_record(found) or issubclass(found, enum.Enum)):
                 known[name] = found
     return known
+
+
+def _type_named(name: str) -> Any:
+    """A class that a file may name, the controls of registered schemes included; or None."""
+    controls = (each.control for each in SCHEMES.values() if each.control is not None)
+    return _types().get(name) or {kind.__name__: kind for kind in controls}.get(name)
 
 
 def _is_record(kind: type) -> bool:
@@ -211,7 +220,7 @@ def _encode(value: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
 
 def _encode_object(value: Any, within: str, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
     kind = type(value)
-    if _types().get(kind.__name__) is not kind:
+    if _type_named(kind.__name__) is not kind:
         if callable(value):  # a policy that happens to be a dataclass
             return _encode_object(UnsavedPolicy(repr(value)), within, arrays)
         raise TypeError(
@@ -242,7 +251,11 @@ def _decode(value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decode(item, arrays) for item in content)
     if word == "mapping":
         return {key: _decode(item, arrays) for key, item in content}
-    kind = _types()[content]
+    kind = _type_named(content)
+    if kind is None:
+        raise KeyError(
+            f"{content}: no type of this package, nor the control of a registered scheme"
+        )
     if word == "enum":
         return kind[value["name"]]
     return kind(**{name: _decode(item, arrays) for name, item in value["fields"].items()})

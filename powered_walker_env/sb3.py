@@ -5,56 +5,64 @@ SB3 takes no Gymnasium vector environment; this is one for it, with the same wal
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
+from powered_walker_env.envs.registration import make_walkers
+from powered_walker_env.envs.saved import check_saved, numbers
 
 _OWN_INFO = ("final_obs", "final_info")
 
 
 class PoweredWalkerVecEnv(VecEnv):
-    """N walkers for Stable-Baselines3, on all cores.
+    """N walkers for Stable-Baselines3, on all cores; monitored, as those of `make_vec_env`.
 
     Args:
-        env_id: a registered environment, as `"powered_walker_env:PoweredWalker-v0"`.
+        env_id: a registered environment, as `"powered_walker_env:PoweredWalker-v0"`, or one of
+            your own of the same class.
         num_envs: how many walkers.
         seed: of walker 0, the others following.
-        **kwargs: of the environment.
+        monitor: put return, length and time of every episode into the last info, as `Monitor`
+            does: `ep_rew_mean` is logged, and `evaluate_policy` reports raw returns. False
+            where a `VecMonitor` does it.
+        **kwargs: of the environment, `render_mode` among them ("rgb_array" for
+            `VecVideoRecorder`: one picture a stride, in real time).
 
     Raises:
         ValueError: an environment of another package, or arguments it does not take.
     """
 
-    def __init__(self, env_id: str, num_envs: int, seed: int | None = None, **kwargs: Any) -> None:
-        mode = AutoresetMode.SAME_STEP.value
-        try:
-            envs = gym.make_vec(
-                env_id,
-                num_envs,
-                vectorization_mode="vector_entry_point",
-                autoreset_mode=mode,
-                **kwargs,
-            ).unwrapped
-        except TypeError as error:
-            raise ValueError(
-                f"env_id must name an environment of this package that takes {kwargs}, "
-                f"got {env_id!r}: {error}"
-            ) from error
-        if not isinstance(envs, PoweredWalkerVectorEnv):
-            raise ValueError(f"env_id must name an environment of this package, got {env_id!r}")
-        self.envs = envs
-        self._wanted = np.zeros(envs.action_space.shape or (0,))
+    def __init__(
+        self,
+        env_id: str,
+        num_envs: int,
+        seed: int | None = None,
+        *,
+        monitor: bool = True,
+        **kwargs: Any,
+    ) -> None:
+        mode = AutoresetMode.SAME_STEP
+        self.envs = make_walkers(env_id, num_envs, **{"autoreset_mode": mode.value, **kwargs})
+        if self.envs.autoreset_mode != mode:
+            raise ValueError(f"autoreset_mode is {mode.value!r} here, got {kwargs!r}")
+        self._monitor = monitor
+        self._returns = np.zeros(num_envs)
+        self._began = time.time()
+        self._wanted = np.zeros(self.envs.action_space.shape or (0,))
         self._next_seed = seed
-        self.render_mode = None
-        super().__init__(num_envs, envs.single_observation_space, envs.single_action_space)
+        super().__init__(
+            num_envs, self.envs.single_observation_space, self.envs.single_action_space
+        )
+        self.metadata = {**self.envs.metadata}
 
     def reset(self) -> VecEnvObs:
         """Start all walkers anew; seeds and options, if any, count once."""
@@ -69,6 +77,7 @@ class PoweredWalkerVecEnv(VecEnv):
             observation, info = self.envs.reset(seed=seed, options={**options, "reset_mask": mask})
             self._keep_reset_infos(_rows(info), mask)
         self._next_seed = None
+        self._returns[:] = 0.0
         self._reset_seeds()
         self._reset_options()
         return observation
@@ -79,16 +88,30 @@ class PoweredWalkerVecEnv(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Walk one stride each; walkers that are over start anew at once."""
+        lengths = self.envs.elapsed + 1
         observation, reward, terminated, truncated, info = self.envs.step(self._wanted)
+        self._returns += reward
         infos, done = _rows(info), terminated | truncated
         self._keep_reset_infos(infos, done)
         if done.any():
             endings = _rows(info["final_info"])
-        for i in np.flatnonzero(done):
+        for i in np.flatnonzero(done).tolist():
             infos[i] = {**endings[i], "terminal_observation": info["final_obs"][i]}
+            if self._monitor:
+                infos[i]["episode"] = self._episode(i, int(lengths[i]))
         for row, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
             row["TimeLimit.truncated"] = cut
+        self._returns[done] = 0.0
         return observation, reward, done, infos
+
+    def _episode(self, i: int, length: int) -> dict[str, float]:
+        """What `Monitor` says of an episode that is over."""
+        seconds = round(time.time() - self._began, 6)
+        return {"r": round(float(self._returns[i]), 6), "l": length, "t": seconds}
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """A picture of each walker, with `render_mode="rgb_array"`."""
+        return list(self.envs.render())
 
     def _keep_reset_infos(self, infos: list[dict[str, Any]], which: NDArray[np.bool_]) -> None:
         for i in np.flatnonzero(which):
@@ -99,19 +122,24 @@ class PoweredWalkerVecEnv(VecEnv):
         walkers = self.envs.walkers
         return {
             "walkers": [walkers.get_state(i) for i in range(self.num_envs)],
-            "elapsed": self.envs._elapsed.copy(),
+            "elapsed": self.envs.elapsed.copy(),
+            "returns": self._returns.copy(),
         }
 
     def set_state(self, saved: dict[str, Any]) -> None:
-        """Go back to a state of `get_state` (of as many walkers at the same task)."""
+        """Go back to a state of `get_state` (of as many walkers at the same task).
+
+        Raises:
+            ValueError: something else, or the state of another number of walkers.
+        """
+        check_saved(saved, ("walkers", "elapsed", "returns"))
         if len(saved["walkers"]) != self.num_envs:
             raise ValueError(
                 f"the state must be one of {self.num_envs} walkers, got {len(saved['walkers'])}"
             )
-        for i, walker in enumerate(saved["walkers"]):
-            self.envs.walkers.set_state(i, walker)
-        self.envs._elapsed[:] = saved["elapsed"]
-        self.envs._started[:] = True
+        returns = numbers(saved, "returns", self.num_envs)
+        self.envs.set_states(saved["walkers"], saved["elapsed"])
+        self._returns[:] = returns
         self._next_seed = None
 
     def close(self) -> None:
@@ -143,8 +171,9 @@ class PoweredWalkerVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Any = None
     ) -> list[bool]:
-        """Never: there are no wrappers inside."""
-        return [False for _ in self._get_indices(indices)]
+        """Whether there is a `Monitor` inside; no other wrapper is."""
+        monitored = self._monitor and issubclass(wrapper_class, Monitor)
+        return [monitored for _ in self._get_indices(indices)]
 
 
 def _rows(info: dict[str, Any]) -> list[dict[str, Any]]:

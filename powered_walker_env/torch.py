@@ -16,11 +16,18 @@ import torch
 from torch.autograd.function import once_differentiable
 
 from powered_walker_env.model.phases import Cycle
-from powered_walker_env.model.powering import CONTROL_NUMBERS
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, Policy, numbers_for
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.derivatives import WALKER_NUMBERS, directions, run_derivatives
-from powered_walker_env.simulation.strides import Array, check_batch, check_rtol, run_batch
+from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
+from powered_walker_env.simulation.derivatives import (
+    WALKER_NUMBERS,
+    directions,
+    policy_derivative,
+    run_derivatives,
+)
+from powered_walker_env.simulation.strides import run_batch
 
 _FLAT = np.zeros(1)  # m, step of the ground: the kernel differentiates strides on flat ground
 _PRECISIONS = (torch.float32, torch.float64)
@@ -37,11 +44,12 @@ class Strides(NamedTuple):
 
 def differentiable_strides(
     states: torch.Tensor,
-    controls: torch.Tensor | None,
+    controls: torch.Tensor | AnyControl | Policy | None,
     params: WalkerParams,
     *,
     parameters: Mapping[str, torch.Tensor] | None = None,
     rtol: float = 1e-9,
+    scheme: str | None = None,
 ) -> Strides:
     """N strides on flat ground, as `stride_batch` walks them, with exact gradients.
 
@@ -57,21 +65,31 @@ def differentiable_strides(
 
     Args:
         states: (N, 4) post-strike states, rad and rad/s, float32 or float64.
-        controls: (N, 2) or (2,) switch angles (rad) and stall torques (N m); None for
-            passive walkers.
+        controls: (N, k) or (k,) numbers of the scheme's control, of the motor switch angles
+            (rad) and stall torques (N m); a control, which has no gradient; None for passive
+            walkers; or a policy. A `torch.nn.Module` is called with the states; another
+            policy is one of numpy arrays, as everywhere, and its derivative counts.
         params: the walker.
         parameters: fields of the walker by name, () or (N,) each, in place of those of
             `params`.
         rtol: accuracy asked of the post-strike states, 1e-13 to 1e-3.
+        scheme: what the numbers control, by name; the motor if left out.
 
     Raises:
         ValueError: wrong shapes, a value that is not finite or out of its domain, an
             unknown parameter.
         TypeError: something else than tensors of real numbers.
     """
-    tensors: dict[str, torch.Tensor] = {"states": states}
-    if controls is not None:
-        tensors["controls"] = controls
+    if not isinstance(params, WalkerParams):
+        raise TypeError(
+            f"params must be one WalkerParams, got {params!r}; what differs from row to row goes "
+            "in parameters"
+        )
+    if isinstance(controls, torch.nn.Module):
+        _check_tensor("states", states)
+        controls = controls(states)
+    fixed = controls is None or callable(controls) or hasattr(controls, "__dataclass_fields__")
+    tensors: dict[str, Any] = {"states": states, **({} if fixed else {"controls": controls})}
     tensors |= parameters or {}
     for name, tensor in tensors.items():
         _check_tensor(name, tensor)
@@ -82,15 +100,22 @@ def differentiable_strides(
     given = {name: tensor.to("cpu", torch.float64) for name, tensor in tensors.items()}
     named = {name: given[name] for name in parameters or {}}
     walkers = _walkers(params, named, count)
-    plain = None if controls is None else given["controls"].detach().numpy()
-    problem = _problem(given["states"].detach().numpy(), plain, walkers, rtol, list(named))
-    actions = torch.from_numpy(problem.controls) if controls is None else given["controls"]
-    inputs = [given["states"], actions.expand(count, 2)]
+    plain: Any = given["controls"].detach().numpy() if not fixed else controls
+    start = given["states"].detach().numpy()
+    problem, policy = _problem(start, plain, walkers, rtol, list(named), scheme)
+    if policy is not None:
+        units = natural_units(walkers[0])
+        actions = _PolicyNumbers.apply(policy, units, given["states"])
+    elif not fixed:
+        actions = given["controls"]
+    else:
+        actions = torch.from_numpy(problem.controls[:, problem.columns])
+    inputs = [given["states"], actions.expand(count, len(problem.columns))]
     inputs += [value.expand(count) for value in named.values()]
     wanted = torch.is_grad_enabled() and any(tensor.requires_grad for tensor in inputs)
     outputs = _DifferentiableStrides.apply(problem, wanted, *inputs)
-    *numbers, walked = outputs
-    back = [tensor.to(states.device, states.dtype) for tensor in numbers]
+    *results, walked = outputs
+    back = [tensor.to(states.device, states.dtype) for tensor in results]
     return Strides(back[0], back[1], back[2], walked.to(states.device))
 
 
@@ -98,24 +123,44 @@ class _Problem(NamedTuple):
     """Strides to walk, as the kernel takes them: checked."""
 
     cycle: Cycle
+    columns: list[int]  # (k,) where the scheme's numbers go
     states: Array  # (N, 4)
-    controls: Array  # (N, 2)
+    controls: Array  # (N, 2) the kernel's rows
     rows: Array  # packed walkers, N or 1
     rtol: float
-    changes: Array  # (6 + k, 18) every direction that there is
+    changes: Array  # (4 + k + p, 6 + OWN) every direction that there is
+
+
+class _PolicyNumbers(torch.autograd.Function):
+    """A policy of numpy arrays as a function of the states (N, 4), with its derivative."""
+
+    @staticmethod
+    def forward(ctx: Any, policy: Policy, units: Array, states: torch.Tensor) -> torch.Tensor:
+        """(N, k) numbers of the control."""
+        start = states.detach().numpy()
+        if ctx.needs_input_grad[2]:
+            ctx.save_for_backward(torch.from_numpy(policy_derivative(policy, start, units)))
+        return torch.from_numpy(numbers_for(policy, start))
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *grads: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+        """The gradient by the states."""
+        (by_states,) = ctx.saved_tensors
+        return None, None, torch.einsum("nk,nkd->nd", grads[0], by_states)
 
 
 class _DifferentiableStrides(torch.autograd.Function):
-    """Strides by state (N, 4), control (N, 2) and k parameters (N,), double precision, CPU."""
+    """Strides by state (N, 4), control (N, k) and p parameters (N,), double precision, CPU."""
 
     @staticmethod
     def forward(
         ctx: Any, problem: _Problem, wanted: bool, *inputs: torch.Tensor
     ) -> tuple[torch.Tensor, ...]:
         """State, duration, step length, and which ones walked."""
-        cycle, states, controls, rows, rtol, changes = problem
+        cycle, numbers, states, controls, rows, rtol, changes = problem
         if wanted:
-            columns = [4, 2] + [1] * (len(inputs) - 2)
+            columns = [4, len(numbers)] + [1] * (len(inputs) - 2)
             ctx.columns = [
                 size if needed else 0
                 for size, needed in zip(columns, ctx.needs_input_grad[2:], strict=True)
@@ -181,9 +226,10 @@ def _walkers(
 
 
 def _problem(
-    states: Array, controls: Array | None, walkers: list[WalkerParams], rtol: float, by: list[str]
-) -> _Problem:
-    """Everything checked.
+    states: Array, controls: Any, walkers: list[WalkerParams], rtol: float, by: list[str],
+    scheme: str | None,
+) -> tuple[_Problem, Policy | None]:  # fmt: skip
+    """Everything checked, and the policy if there is one.
 
     Raises:
         ValueError: as `differentiable_strides` has it.
@@ -195,5 +241,10 @@ def _problem(
             "place of a walker that fell: torch.where(strides.walked[:, None], strides.state, "
             "start)"
         )
-    cycle, start, angles, rows = check_batch(states, controls, walkers)
-    return _Problem(cycle, start, angles, rows, check_rtol(rtol), directions(by))
+    batch = check_batch(states, controls, walkers, scheme)
+    changes, powered = directions(batch.scheme, by), batch.scheme
+    problem = _Problem(
+        powered.cycle, list(powered.columns), batch.states, batch.controls, batch.rows,
+        check_rtol(rtol), changes,
+    )  # fmt: skip
+    return problem, batch.policy

@@ -1,65 +1,61 @@
 """The command line: `powered-walker gait`, `branch`, `basin`, `energetics`, `validate` and more.
 
-Each command is a function from parsed arguments to a report that can be printed as text
-or, with --json, as one JSON object; with --out what was found is saved and drawn.
+Each command is a function from parsed arguments to a report, which `running` prints as text
+or, with --json, as one JSON object, and saves and draws with --out.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import contextlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 
-from powered_walker_env.cli import energetics, regions, studies, validate, walking
-from powered_walker_env.cli.output import Report, finite
-from powered_walker_env.poincare import GaitNotFoundError
+import numpy as np
 
-NOT_FOUND, USER_ERROR, INTERRUPTED = 1, 2, 130
+from powered_walker_env.cli import costs, published, regions, studies, walking
+from powered_walker_env.cli.running import run_command, say_anything, told
+
+PROG = "powered-walker"
+
+__all__ = ["main", "run_command"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status (2 for a bad argument, 1 for no or a bad result)."""
-    options = _parser().parse_args(arguments)
-    return run_command(options.command, options)
+    """Run one command; returns the exit status.
 
-
-def run_command(
-    command: Callable[[argparse.Namespace], Report],
-    options: argparse.Namespace,
-    prog: str = "powered-walker",
-) -> int:
-    """Run a command and print its report, or what was wrong in one line."""
+    0: done; 1: no gait, or a published value that fails; 2: a bad argument, or a file that
+    cannot be written; 3: a fault of the program; 128 and more: stopped by a signal.
+    """
+    say_anything()
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        report = command(options)
-    except GaitNotFoundError as error:
-        return _failed(prog, str(error), NOT_FOUND)
-    except (ValueError, TypeError, ImportError, OSError) as error:
-        return _failed(prog, str(error), USER_ERROR)
-    except KeyboardInterrupt:
-        resumable = getattr(options, "resumable", False) and options.out
-        hint = "; the same command goes on from here" if resumable else ""
-        return _failed(prog, f"interrupted{hint}", INTERRUPTED)
-    text = json.dumps(finite(report.data), indent=2) if options.json else report.text
-    print(text)
-    return report.status
+        options = _parser().parse_args([_plain(argument) for argument in given])
+    except SystemExit:  # --help, --version, or a usage error
+        if status := told(PROG):
+            sys.exit(status)
+        raise
+    return run_command(options.command, options, PROG)
 
 
-def _failed(prog: str, message: str, status: int) -> int:
-    print(f"{prog}: " + " ".join(message.split()), file=sys.stderr)
-    return status
+def _plain(argument: str) -> str:
+    """-1e-3 as -0.001: argparse takes a negative number for an option unless it is written so."""
+    if argument.startswith("-"):
+        with contextlib.suppress(ValueError):
+            return str(np.format_float_positional(float(argument), trim="-"))
+    return argument
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="powered-walker",
-        description="A nearly passive powered walker: walks, gaits and what becomes of them.",
-    )
+        prog=PROG, description="A nearly passive powered walker: walks, gaits and what becomes "
+        "of them.",
+    )  # fmt: skip
     parser.add_argument(
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, energetics, validate):
+    for family in (walking, studies, regions, costs, published):
         family.add_commands(commands)
     return parser

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from powered_walker_env.cli.output import Report
@@ -12,23 +13,20 @@ from powered_walker_env.model.powering import (
     SCHEMES,
     AnyControl,
     Scheme,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.model.quantities import ANY, Domain, quantities
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.families import check_parameter
 
-UNITS = {
-    "switch_angle": "rad, hip angle at which the motor starts, or the hip torque ends",
-    "stall_torque": "N m, of the ankle motor",
-    "impulse": "N s, of the toe-off",
-    "hip_torque": "N m, on the swing leg",
-}
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
 AROUND_ZERO = 0.02  # the same for a parameter that is zero, as the slope
+MOST = 10_000_000  # starts or values of one command: about a gigabyte
+MOST_STRIDES = 10_000  # of a walk, whose samples are all kept
 
 
 def add_command(
@@ -41,29 +39,42 @@ def add_command(
     return parser
 
 
+def add_preset(parser: argparse.ArgumentParser, default: str = "camp1997") -> None:
+    """The argument that chooses a walker."""
+    parser.add_argument(
+        "--preset", default=default, choices=PRESETS, metavar="NAME",
+        help=f"one of {', '.join(PRESETS)} (default %(default)s)",
+    )  # fmt: skip
+
+
 def add_walker(parser: argparse.ArgumentParser) -> None:
     """Arguments that choose the walker and its control."""
+    add_preset(parser)
     parser.add_argument(
-        "--preset", default="camp1997", choices=PRESETS, help="(default %(default)s)"
-    )
-    parser.add_argument(
-        "--scheme", choices=SCHEMES, help="what powers the walker; as the preset if left out"
-    )
+        "--scheme", choices=SCHEMES, metavar="NAME",
+        help=f"what powers the walker, one of {', '.join(SCHEMES)}; as the preset if left out",
+    )  # fmt: skip
     for name in CONTROL_NUMBERS:
         parser.add_argument(
-            _flag(name), type=float, help=f"{UNITS[name]}; the preset's if left out"
+            _flag(name), type=float, help=f"{_meaning(name)}; the preset's if left out"
         )
+    known = "; ".join(f"{q.name}: {q.axis}" for q in quantities(WalkerParams).values())
     parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="change a parameter of the walker or its control, as slope=0.01 (SI units, "
-        "radians); may be given more than once",
-    )
+        "--set", action="append", default=[], metavar="NAME=VALUE",
+        help="change a number of the control or the walker, as slope=0.01, or physics; may be "
+        f"given more than once ({known})",
+    )  # fmt: skip
 
 
-def add_range(parser: argparse.ArgumentParser) -> None:
+def _meaning(number: str) -> str:
+    """What a number of a control is, in each scheme that has it."""
+    found = [
+        quantities(each.control)[number] for each in SCHEMES.values() if number in each.numbers
+    ]
+    return f"{', or '.join(dict.fromkeys(q.label for q in found))}, {found[0].unit}"
+
+
+def add_range(parser: argparse.ArgumentParser, around: float = AROUND) -> None:
     """Arguments that choose a parameter and its bounds."""
     parser.add_argument(
         "--parameter", choices=PARAMETERS, metavar="NAME",
@@ -72,8 +83,10 @@ def add_range(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--bounds", type=float, nargs=2, metavar=("LOW", "HIGH"),
-        help="of the parameter; 5%% to either side of the walker's value if left out",
+        help=f"of the parameter; {around:.0%}% to either side of the walker's value if left out "
+        f"({AROUND_ZERO:g} if that is zero)",
     )  # fmt: skip
+    parser.set_defaults(around=around)
 
 
 def add_running(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +97,16 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--address", help="of a running Dask or Ray cluster")
     parser.add_argument("--jobs", type=int, help="workers; all cores if left out")
+
+
+def check_count(name: str, value: int, least: int = 1, most: int = MOST) -> None:
+    """Refuse a number of things that is too small to mean anything, or too large to hold.
+
+    Raises:
+        ValueError: naming the argument.
+    """
+    if not least <= value <= most:
+        raise ValueError(f"{name} must be at least {least} and at most {most}, got {value!r}")
 
 
 def walker_of(
@@ -132,14 +155,20 @@ def _flag(name: str) -> str:
 
 def powered_by(options: argparse.Namespace) -> Scheme:
     """The scheme asked for, else the preset's."""
-    return scheme(options.scheme) if options.scheme else scheme_of(PRESETS[options.preset].control)
+    return (
+        scheme_named(options.scheme)
+        if options.scheme
+        else scheme_of(PRESETS[options.preset].control)
+    )
 
 
 def control_text(control: Any) -> str:
     """A scheme and the numbers of its control, as people read them."""
-    powered = scheme_of(control)
-    numbers = [f"{name.replace('_', ' ')} {getattr(control, name):g}" for name in powered.numbers]
-    return ", ".join([powered.name, *numbers])
+    numbers = [] if control is None else quantities(control).values()
+    told = [
+        f"{q.name.replace('_', ' ')} {getattr(control, q.name):g} {q.unit}".strip() for q in numbers
+    ]
+    return ", ".join([scheme_of(control).name, *told])
 
 
 def control_data(control: Any) -> dict[str, Any]:
@@ -151,7 +180,7 @@ def control_data(control: Any) -> dict[str, Any]:
 
 def _assignment(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
-    known = (*PARAMETERS, "physics")
+    known = (*PARAMETERS, *(n for n in quantities(WalkerParams) if n not in PARAMETERS), "physics")
     if not equals or name not in known:
         raise ValueError(
             f"--set must be NAME=VALUE with NAME one of {', '.join(known)}, got {text!r}"
@@ -188,18 +217,29 @@ def parameter_of(options: argparse.Namespace) -> str:
     return name
 
 
+def _domains() -> dict[str, Domain]:
+    """Of the numbers of walkers and controls."""
+    owners = (WalkerParams, *(each.control for each in SCHEMES.values() if each.control))
+    return {name: q.domain for owner in owners for name, q in quantities(owner).items()}
+
+
 def range_around(
-    bounds: tuple[float, float] | list[float] | None, value: float
+    bounds: Sequence[float] | None, value: float, around: float = AROUND, name: str = ""
 ) -> tuple[float, float]:
-    """The bounds asked for, or some to either side of a value.
+    """The bounds asked for, or some to either side of a value, in the domain of the name.
 
     Raises:
-        ValueError: bounds that do not rise.
+        ValueError: bounds that do not rise, or are not finite.
     """
     if bounds is None:
-        reach = AROUND * abs(value) if value else AROUND_ZERO
-        return value - reach, value + reach
+        reach = around * abs(value) if value else AROUND_ZERO
+        domain = _domains().get(name, ANY)
+        low, high = max(value - reach, domain.low), min(value + reach, domain.high)
+        return (
+            low if domain.holds(low) else 0.5 * (low + value),
+            high if domain.holds(high) else 0.5 * (high + value),
+        )
     low, high = bounds
-    if not low < high:
-        raise ValueError(f"--bounds must rise, got {low!r} {high!r}")
+    if not -math.inf < low < high < math.inf:
+        raise ValueError(f"--bounds must rise and be finite, got {low!r} {high!r}")
     return low, high

@@ -10,36 +10,41 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.cli.options import (
+    MOST_STRIDES,
     add_command,
     add_running,
     add_walker,
+    check_count,
     gait_of,
     powered_by,
     range_around,
     walker_of,
 )
-from powered_walker_env.cli.output import (
-    Progress,
-    Report,
-    add_out,
-    check_out,
-    figures,
-    put_out,
-    unfinished,
-)
+from powered_walker_env.cli.output import Progress, Report, add_out, figures, unfinished
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.branches.continuation import continue_gait
-from powered_walker_env.poincare.branches.special_points import SpecialPoint
-from powered_walker_env.poincare.families import check_parameter, value_of
-from powered_walker_env.poincare.maps import natural_units
-from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
-from powered_walker_env.poincare.regions.slices import COORDINATES, Slice
+from powered_walker_env.model.state import natural_units
+from powered_walker_env.poincare import (
+    PARAMETERS,
+    Basin,
+    Boundary,
+    Gait,
+    GaitNotFoundError,
+    Slice,
+    basin,
+    stability_boundaries,
+)
+from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
+from powered_walker_env.poincare.regions.basins import FELL
+from powered_walker_env.poincare.regions.slices import COORDINATES, SLICES, slice_through
 from powered_walker_env.simulation.strides import Array
+from powered_walker_env.tabular import aligned
 
-SAME_CURVE = 1e-3  # of the bounds' widths: a special point this near to a curve lies on it
-REACH = 0.1  # natural units to either side of the gait: the slice looked at if none is given
+SLICED = "simplest"  # the walker of the planes of the literature
+WIDER = (0.05, 0.2, 0.8, 3.0, 12.0)  # of the values: how far boundaries are looked for
+REACHES = [0.01 * 2**k for k in range(8)]  # natural units around the gait: how far basins go
+UNSTABLE_REACH = 0.1  # the same for a gait that nothing ends on
+COARSE = 60  # starts across and up that a window is judged by
+MARGIN = 0.15  # of the basin's box: left free around it
 
 
 def add_commands(commands: Any) -> None:
@@ -51,14 +56,15 @@ def add_commands(commands: Any) -> None:
     edge.add_argument(
         "--parameters", nargs=2, choices=PARAMETERS, metavar=("ACROSS", "UP"),
         help="(default: switch_angle stall_torque, or what else powers the walker; of a passive "
-        "one, com_across slope)",
+        "one, com_across slope, or with massless feet hip_stiffness slope)",
     )  # fmt: skip
     edge.add_argument(
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
-        help="of both; 5%% to either side of the walker's values if left out",
+        help="of both; wide enough for the gait to lose its stability if left out",
     )  # fmt: skip
     edge.add_argument("--step", type=float, help="longest step, as a share of the bounds' widths")
-    add_out(edge)
+    add_running(edge)
+    add_out(edge, resumable=True)
     starts = add_command(
         commands, "basin", _basin, "what becomes of the walker from each start in a slice"
     )
@@ -69,12 +75,17 @@ def add_commands(commands: Any) -> None:
         help=f"two of {', '.join(COORDINATES)} (default: stance_angle stance_rate)",
     )  # fmt: skip
     starts.add_argument(
-        "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
-        help="of both, rad or rad/s; 0.1 (0.1 sqrt(g/L)) around the gait if left out",
+        "--slice", choices=SLICES, metavar="NAME",
+        help=f"a plane of the literature, one of {', '.join(SLICES)}, with its own walker "
+        f"({SLICED}), axes and bounds",
     )  # fmt: skip
     starts.add_argument(
-        "--points", type=int, nargs=2, default=[100, 100], metavar=("ACROSS", "UP"),
-        help="of the grid (default: 100 100)",
+        "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
+        help="of both, rad or rad/s; around the whole basin if left out",
+    )  # fmt: skip
+    starts.add_argument(
+        "--points", type=int, nargs=2, default=[160, 160], metavar=("ACROSS", "UP"),
+        help="of the grid (default: 160 160)",
     )  # fmt: skip
     starts.add_argument("--strides", type=int, default=100, help="at most (default %(default)s)")
     add_running(starts)
@@ -82,72 +93,51 @@ def add_commands(commands: Any) -> None:
 
 
 def _boundary(options: argparse.Namespace) -> Report:
-    check_out(options)
     options.parameters = _parameters(options)
     gait = gait_of(options)
-    first, second = options.parameters
-    given = options.bounds or [None] * 4
-    pairs = [None if pair[0] is None else pair for pair in (given[:2], given[2:])]
-    values = [value_of(gait.params, gait.control, name) for name in (first, second)]
-    bounds = tuple(range_around(p, v) for p, v in zip(pairs, values, strict=True))
-    points = _limits(gait, second, bounds[1])
-    curves: list[Boundary] = []
     with Progress("boundary") as progress:
-        for number, point in enumerate(points):
-            progress(number, len(points), math.nan)
-            start = np.array([values[0], point.value])
-            if not any(_passes(curve, point, start) for curve in curves):
-                curves.append(
-                    continue_boundary(
-                        point, (first, second), (bounds[0], bounds[1]), step=options.step
-                    )
-                )
-    report = Report("\n".join(map(_boundary_text, curves)), {"boundaries": [*map(_edge, curves)]})
-    nominal = (values[0], values[1])
+        curves = _curves(options, gait, progress)
+    nominal = [value_of(gait.params, gait.control, name) for name in options.parameters]
     title = f"Where the gait of {options.preset} loses its stability"
-    return put_out(
-        options,
-        report,
-        tuple(curves),
-        lambda: figures().boundary_figure(curves, nominal=nominal, title=title),
+    return Report(
+        "\n".join(map(_boundary_text, curves)),
+        {"boundaries": [*map(_edge, curves)]},
+        result=curves,
+        draw=lambda: {"": figures().boundary_figure(curves, nominal=nominal, title=title)},
     )
+
+
+def _curves(options: argparse.Namespace, gait: Gait, progress: Progress) -> tuple[Boundary, ...]:
+    """The boundaries within the bounds given, or the narrowest that have any."""
+    first, second = options.parameters
+    given = options.bounds
+    pairs = (None, None) if given is None else (given[:2], given[2:])
+    for around in WIDER if given is None else WIDER[:1]:
+        across, up = (
+            range_around(pair, value_of(gait.params, gait.control, name), around, name)
+            for pair, name in zip(pairs, options.parameters, strict=True)
+        )
+        try:
+            return stability_boundaries(
+                gait, (first, second), (across, up), step=options.step, backend=options.backend,
+                address=options.address, jobs=options.jobs, progress=progress,
+                checkpoint=unfinished(options),
+            )  # fmt: skip
+        except GaitNotFoundError as error:
+            nowhere = error
+    raise nowhere
 
 
 def _parameters(options: argparse.Namespace) -> list[str]:
     """The two parameters asked for, else the control, or what a passive walker lives by."""
     default = [*powered_by(options).numbers, "slope"][:2]
-    names: list[str] = options.parameters or (default if default[1:] else ["com_across", "slope"])
+    massless = walker_of(options)[0].massless_foot
+    passive = ["hip_stiffness" if massless else "com_across", "slope"]
+    names: list[str] = options.parameters or (default if default[1:] else passive)
     control = walker_of(options)[1]
     for name in names:
         check_parameter(name, control)
     return names
-
-
-def _limits(gait: Gait, parameter: str, bounds: tuple[float, float]) -> list[SpecialPoint]:
-    """Where the gait's branch loses its stability along one parameter.
-
-    Raises:
-        GaitNotFoundError: nowhere.
-    """
-    branch = continue_gait(gait, parameter, bounds)
-    points = [point for point in branch.special_points if point.limits_stability]
-    if not points:
-        raise GaitNotFoundError(
-            f"the gait's branch has no limit of stability for {parameter} in "
-            f"[{bounds[0]:g}, {bounds[1]:g}]; give wider --bounds"
-        )
-    return points
-
-
-def _passes(curve: Boundary, point: SpecialPoint, where: Array) -> bool:
-    """Whether a curve already goes through a special point: curves may turn back."""
-    widths = np.array([high - low for low, high in curve.bounds])
-    corners = (curve.values - where) / widths
-    steps = np.diff(corners, axis=0)
-    lengths = np.maximum((steps**2).sum(axis=1), 1e-300)
-    shares = np.clip(-(corners[:-1] * steps).sum(axis=1) / lengths, 0.0, 1.0)
-    nearest = np.linalg.norm(corners[:-1] + shares[:, np.newaxis] * steps, axis=1).min()
-    return curve.kind is point.kind and float(nearest) < SAME_CURVE
 
 
 def _boundary_text(curve: Boundary) -> str:
@@ -173,40 +163,76 @@ def _edge(curve: Boundary) -> dict[str, Any]:
 
 
 def _basin(options: argparse.Namespace) -> Report:
-    check_out(options)
+    check_count("--points, their product,", abs(math.prod(options.points)), least=0)
+    check_count("strides", options.strides, most=MOST_STRIDES)
+    if options.slice and (walker := SLICES[options.slice]((1, 1)).section):
+        options.preset, options.set = SLICED, [f"slope={walker.slope}"]
     gait = gait_of(options)
     grid = _slice(options, gait)
-    with Progress("basin") as progress, unfinished(options) as folder:
+    with Progress("basin") as progress:
         found = basin(
             gait.params, gait.control, grid, strides=options.strides,
             gaits=[gait] if gait.stable else [], backend=options.backend,
-            address=options.address, jobs=options.jobs, progress=progress, checkpoint=folder,
+            address=options.address, jobs=options.jobs, progress=progress,
+            checkpoint=unfinished(options),
         )  # fmt: skip
-        report = Report(_basin_text(found), _basin_data(found))
-        title = f"Starts of {options.preset}, in a slice through its gait"
-        return put_out(options, report, found, lambda: figures().basin_figure(found, title=title))
+    title = f"Starts of {options.preset}, in a plane through its gait"
+    return Report(
+        _basin_text(found), _basin_data(found), result=found,
+        draw=lambda: {"": figures().basin_figure(found, title=title)},
+    )  # fmt: skip
 
 
 def _slice(options: argparse.Namespace, gait: Gait) -> Slice:
+    points, given = tuple(options.points), options.bounds
+    if options.slice:
+        return SLICES[options.slice](points)
+    if given is None:
+        ranges = _window(options, gait)
+    else:
+        ranges = range_around(given[:2], 0.0), range_around(given[2:], 0.0)
+    return slice_through(gait, tuple(options.axes), ranges, points)
+
+
+def _window(options: argparse.Namespace, gait: Gait) -> tuple[Bounds, Bounds]:
+    """A rectangle around the whole basin, found on a coarse grid.
+
+    It grows from the gait until what ends there leaves its edge free, and is then drawn in.
+    """
     columns = [COORDINATES.index(name) for name in options.axes]
-    centre = [gait.state[column] for column in columns]
-    reach = REACH * natural_units(gait.params)[columns]
-    around = [(c - r, c + r) for c, r in zip(centre, reach.tolist(), strict=True)]
-    given = options.bounds
-    across, up = around if given is None else (tuple(given[:2]), tuple(given[2:]))
-    return Slice(gait.state, tuple(options.axes), (across, up), tuple(options.points))
+    centre, units = np.array(gait.state)[columns], natural_units(gait.params)[columns]
+    for reach in REACHES if gait.stable else [UNSTABLE_REACH]:
+        low, high = centre - reach * units, centre + reach * units
+        grid = slice_through(gait, tuple(options.axes), _pairs(low, high), (COARSE, COARSE))
+        found = basin(
+            gait.params, gait.control, grid, strides=options.strides,
+            gaits=[gait] if gait.stable else [], backend="threading",
+        )  # fmt: skip
+        ends = found.picture("attractor") >= 0
+        if not (ends[[0, -1]].any() or ends[:, [0, -1]].any()):
+            break
+    if ends.any():
+        inside = found.states[ends.ravel()][:, columns]
+        least, most = inside.min(axis=0), inside.max(axis=0)
+        room = MARGIN * (most - least) + (high - low) / (COARSE - 1)
+        low, high = np.maximum(low, least - room), np.minimum(high, most + room)
+    return _pairs(low, high)
+
+
+def _pairs(low: Array, high: Array) -> tuple[Bounds, Bounds]:
+    return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 
 def _basin_text(found: Basin) -> str:
     falls = Counter(Outcome(value) for value in found.outcome[found.attractor == FELL].tolist())
-    lines = [
-        f"starts                      {len(found.states)}",
-        f"end on the gait             {100 * found.attracted_share:.2f} %",
-        f"walk {found.limit:4d} strides or more   {100 * found.walking_share:.2f} %",
+    rows = [
+        ("starts", str(len(found.states))),
+        ("end on the gait", f"{100 * found.attracted_share:.2f} %"),
+        (f"walk {found.limit} strides or more", f"{100 * found.walking_share:.2f} %"),
     ]
     for outcome, count in falls.most_common():
-        lines.append(f"{outcome.label:27s} {100 * count / len(found.states):.2f} %")
-    return "\n".join(lines)
+        rows.append((outcome.label, f"{100 * count / len(found.states):.2f} %"))
+    return "\n".join(aligned(rows, left=2))
 
 
 def _basin_data(found: Basin) -> dict[str, Any]:

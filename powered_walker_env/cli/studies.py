@@ -1,4 +1,4 @@
-"""`powered-walker branch`, `bifurcation`, `reproduce`: along one parameter."""
+"""`powered-walker branch`, `bifurcation`: along one parameter."""
 
 from __future__ import annotations
 
@@ -13,28 +13,27 @@ from powered_walker_env.cli.options import (
     add_range,
     add_running,
     add_walker,
+    check_count,
     gait_of,
     parameter_of,
     range_around,
     walker_of,
 )
-from powered_walker_env.cli.output import (
-    Progress,
-    Report,
-    add_out,
-    check_out,
-    figures,
-    put_out,
-    unfinished,
+from powered_walker_env.cli.output import Progress, Report, add_out, figures, unfinished
+from powered_walker_env.poincare import (
+    BifurcationDiagram,
+    Branch,
+    GaitNotFoundError,
+    SpecialKind,
+    bifurcation_diagram,
+    continue_gait,
+    switch_branch,
 )
-from powered_walker_env.poincare.branches.branch import Branch
-from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
-from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, Ramp, bifurcation_diagram
-from powered_walker_env.poincare.branches.special_points import SpecialKind
+from powered_walker_env.poincare.branches.ramps import Ramp
 from powered_walker_env.poincare.families import value_of
-from powered_walker_env.poincare.gaits import GaitNotFoundError
 from powered_walker_env.poincare.regions.slices import COORDINATES
 
+STEP = 0.005  # of a branch: fine enough for its lines to look like curves
 RAMP = 0.01  # of a parameter's value: the range ramped through if none is given
 
 
@@ -43,56 +42,47 @@ def add_commands(commands: Any) -> None:
     branch = add_command(commands, "branch", _branch, "follow the gait along one parameter")
     add_walker(branch)
     add_range(branch)
-    branch.add_argument("--step", type=float, help="longest step, as a share of the bounds' width")
+    branch.add_argument(
+        "--step", type=float, default=STEP,
+        help="longest step, as a share of the bounds' width (default %(default)s)",
+    )  # fmt: skip
     branch.add_argument(
         "--doubled", action=argparse.BooleanOptionalAction, default=True,
         help="follow the doubled gaits, too",
     )  # fmt: skip
-    add_out(branch)
+    add_out(branch, tables=("-points.csv",))
     ramps = add_command(
         commands, "bifurcation", _bifurcation, "walk while one parameter is ramped up and down"
     )
     add_walker(ramps)
-    add_range(ramps)
-    ramps.add_argument("--points", type=int, default=100, help="values (default %(default)s)")
+    add_range(ramps, RAMP)
+    ramps.add_argument("--points", type=int, default=400, help="values (default %(default)s)")
     ramps.add_argument(
-        "--transient", type=int, default=100, help="strides unseen at each (default %(default)s)"
+        "--transient", type=int, default=200, help="strides unseen at each (default %(default)s)"
     )
-    ramps.add_argument("--keep", type=int, default=32, help="strides kept (default %(default)s)")
+    ramps.add_argument("--keep", type=int, default=64, help="strides kept (default %(default)s)")
     ramps.add_argument(
-        "--component",
-        default=COORDINATES[0],
-        choices=COORDINATES,
-        help="drawn (default %(default)s)",
-    )
+        "--component", default=COORDINATES[0], choices=COORDINATES, metavar="NAME",
+        help=f"drawn, one of {', '.join(COORDINATES)} (default %(default)s)",
+    )  # fmt: skip
     add_running(ramps)
     add_out(ramps, resumable=True)
-    again = add_command(
-        commands,
-        "reproduce",
-        _reproduce,
-        "redraw the thesis's figures 4, 5 and 6, and check its text",
-    )
-    again.add_argument("--out", default="reproduce", help="folder, made (default %(default)s)")
-    again.add_argument("--overwrite", action="store_true", help="replace files that exist")
 
 
 def _branch(options: argparse.Namespace) -> Report:
-    check_out(options)
     options.parameter = parameter_of(options)
     gait = gait_of(options)
     value = value_of(gait.params, gait.control, options.parameter)
-    bounds = range_around(options.bounds, value)
+    bounds = range_around(options.bounds, value, options.around, options.parameter)
     branches = [continue_gait(gait, options.parameter, bounds, step=options.step)]
     if options.doubled:
         branches += _doubled(branches[0], bounds, options.step)
-    report = Report(
+    title = f"Gaits of {options.preset}"
+    return Report(
         "\n".join(_branch_text(b) for b in branches),
         {"branches": [_branch_data(b) for b in branches]},
-    )
-    title = f"Gaits of {options.preset}"
-    return put_out(
-        options, report, tuple(branches), lambda: figures().branch_figure(branches, title=title)
+        result=tuple(branches),
+        draw=lambda: {"": figures().branch_figure(branches, title=title)},
     )
 
 
@@ -145,33 +135,31 @@ def _branch_data(branch: Branch) -> dict[str, Any]:
 
 
 def _bifurcation(options: argparse.Namespace) -> Report:
-    check_out(options)
-    if options.points < 2:
-        raise ValueError(f"--points must be at least 2, got {options.points!r}")
+    for name, least in (("--points", 2), ("--transient", 0), ("--keep", 2)):
+        check_count(name, getattr(options, name.strip("-")), least)
+    check_count("--points times --keep", options.points * options.keep)
     options.parameter = parameter_of(options)
-    params, control, _ = walker_of(options)
+    params, control, state = walker_of(options)
     value = value_of(params, control, options.parameter)
-    low, high = range_around(options.bounds, value)
-    if options.bounds is None and value:
-        low, high = value * (1 - RAMP), value * (1 + RAMP)
-    with Progress("bifurcation") as progress, unfinished(options) as folder:
+    low, high = range_around(options.bounds, value, options.around, options.parameter)
+    with Progress("bifurcation") as progress:
         diagram = bifurcation_diagram(
-            params, control, options.parameter, np.linspace(low, high, options.points),
+            params, control, options.parameter, np.linspace(low, high, options.points), state=state,
             transient=options.transient, keep=options.keep, backend=options.backend,
-            address=options.address, jobs=options.jobs, progress=progress, checkpoint=folder,
+            address=options.address, jobs=options.jobs, progress=progress,
+            checkpoint=unfinished(options),
         )  # fmt: skip
-        report = Report(_ramps_text(diagram), _ramps_data(diagram))
-        title = f"Walks of {options.preset}, ramped"
-        return put_out(
-            options,
-            report,
-            diagram,
-            lambda: figures().bifurcation_figure(diagram, component=options.component, title=title),
-        )
+    title, component = f"Walks of {options.preset}, ramped", options.component
+    return Report(
+        _ramps_text(diagram), _ramps_data(diagram), result=diagram,
+        draw=lambda: {
+            "": figures().bifurcation_figure(diagram, component=component, title=title)
+        },
+    )  # fmt: skip
 
 
 def _ramps_text(diagram: BifurcationDiagram) -> str:
-    names = {-1: "falls", 0: "no period found"}
+    names = {-2: "no stable start found", -1: "falls", 0: "no period found"}
     lines = []
     for name, ramp in (("up", diagram.up), ("down", diagram.down)):
         lines.append(f"ramped {name} through {len(diagram.values)} values of {diagram.parameter}:")
@@ -198,12 +186,3 @@ def _ramps_data(diagram: BifurcationDiagram) -> dict[str, Any]:
         "up": of(diagram.up),
         "down": of(diagram.down),
     }
-
-
-def _reproduce(options: argparse.Namespace) -> Report:
-    figures()
-    from powered_walker_env.literature.figures import report_text, reproduce
-
-    with Progress("reproduce") as progress:
-        report = reproduce(options.out, overwrite=options.overwrite, progress=progress)
-    return Report(f"{report_text(report)}\nwritten: {options.out}", report)

@@ -90,7 +90,8 @@ def _folder(module: str) -> Path | None:
         except OSError:
             continue
     _say(
-        "no folder can be written to: kernels are compiled anew in each process; set NUMBA_CACHE_DIR"
+        "no folder can be written to, so kernels are compiled anew in each process; "
+        "set NUMBA_CACHE_DIR"
     )
     return None
 

@@ -1,4 +1,4 @@
-"""Decorators of compiled functions: `formula`, `internal`, `rare`, and the kernels that Python calls.
+"""Decorators of compiled functions: formulas, what only kernels call, and the kernels.
 
 A `formula` of the mechanics is plain Python to whoever calls it from Python, and machine code
 inside a kernel. Only kernels are kept on disk (`cache.py`); what they call is compiled into them.

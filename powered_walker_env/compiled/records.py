@@ -9,29 +9,15 @@ block of memory. To add a number is to add a field.
 from __future__ import annotations
 
 import typing
+from collections.abc import Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic
 
-from powered_walker_env.compiled.lanes.kinds import (
-    ALIGNMENT,
-    Dual,
-    DualPlane,
-    Lanes,
-    Mask,
-    Number,
-    Plane,
-    constant,
-    number_of,
-    value_of,
-)
-from powered_walker_env.compiled.lanes.tables import TABLE, Table, row_pointer
+from powered_walker_env.compiled.lanes.loading import duals_of, lane_of, lanes_of, view_of
+from powered_walker_env.compiled.lanes.tables import Table
 
 R = TypeVar("R")
-_I64 = ir.IntType(64)
 
 
 class Place(NamedTuple):
@@ -64,8 +50,10 @@ class Layout(Generic[R]):
             size = more[0] if more else {complex: 2}.get(kind, 1)
             self.places[name] = Place(name, kind, self.size, size)
             self.size += size
-        self.view, self.lanes = _view(self), _lanes(self)
-        self.lane, self.duals = _lane(self), _duals(self)
+        self.view: Any = view_of(self)
+        self.lanes: Any = lanes_of(self)
+        self.lane: Any = lane_of(self)
+        self.duals: Any = duals_of(self)
 
     def __getitem__(self, name: str) -> int:
         """The first column, or row, of a field."""
@@ -76,10 +64,10 @@ class Layout(Generic[R]):
         place = self.places[name]
         return slice(place.first, place.first + place.size)
 
-    def columns(self, record: R) -> list[Any]:
+    def columns(self, record: Sequence[Any]) -> list[Any]:
         """The numbers of a record in order, complex ones as two; each may be an array."""
         numbers: list[Any] = []
-        for place, value in zip(self.places.values(), record, strict=True):  # type: ignore[call-overload]
+        for place, value in zip(self.places.values(), record, strict=True):
             numbers += [np.real(value), np.imag(value)] if place.kind is complex else [value]
         return numbers
 
@@ -93,117 +81,6 @@ class Layout(Generic[R]):
             else:
                 values.append(place.kind(number) if place.kind is bool else number)
         return self.record(*values)
-
-
-def _typed(layout: Layout[Any], kinds: dict[type, Any]) -> types.NamedTuple:
-    return types.NamedTuple([kinds[p.kind] for p in layout.places.values()], layout.record)
-
-
-def _vector(context, builder, table, row):
-    pointer = row_pointer(context, builder, table, _I64(row))
-    return builder.load(pointer, align=ALIGNMENT)
-
-
-def _truth(builder, vector):
-    return builder.fcmp_ordered(">", vector, constant(0.0))
-
-
-def _view(layout):
-    @intrinsic
-    def view(typing_context, table):
-        result = types.NamedTuple([TABLE] * len(layout.places), layout.record)
-
-        def code(context, builder, signature, args):
-            whole = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
-            tables = []
-            for place in layout.places.values():
-                start = builder.mul(whole.columns, _I64(place.first))
-                part = cgutils.create_struct_proxy(TABLE)(context, builder)
-                part.data = builder.gep(whole.data, [start])
-                part.columns = whole.columns
-                tables.append(part._getvalue())
-            return context.make_tuple(builder, result, tables)
-
-        return result(TABLE), code
-
-    return view
-
-
-def _lanes(layout):
-    @intrinsic
-    def lanes(typing_context, table):
-        kinds = {float: Lanes, complex: Plane, bool: Mask}
-        result = _typed(layout, kinds)
-
-        def code(context, builder, signature, args):
-            values = []
-            for place in layout.places.values():
-                parts = [
-                    _vector(context, builder, args[0], place.first + i) for i in range(place.size)
-                ]
-                if place.kind is bool:
-                    values.append(_truth(builder, parts[0]))
-                else:
-                    values.append(value_of(context, builder, kinds[place.kind], Number(*parts)))
-            return context.make_tuple(builder, result, values)
-
-        return result(TABLE), code
-
-    return lanes
-
-
-def _duals(layout):
-    @intrinsic
-    def duals(typing_context, record, tangents):
-        result = _typed(layout, {float: Dual, complex: DualPlane, bool: Mask})
-
-        def code(context, builder, signature, args):
-            values = []
-            for i, place in enumerate(layout.places.values()):
-                held = builder.extract_value(args[0], i)
-                if place.kind is bool:
-                    values.append(held)
-                    continue
-                number = number_of(context, builder, signature.args[0].types[i], held)
-                rows = range(place.first, place.first + place.size)
-                moved = [_vector(context, builder, args[1], row) for row in rows]
-                number = number._replace(**dict(zip(("dreal", "dimag"), moved, strict=False)))
-                values.append(value_of(context, builder, result.types[i], number))
-            return context.make_tuple(builder, result, values)
-
-        return result(record, TABLE), code
-
-    return duals
-
-
-def _lane(layout):
-    @intrinsic
-    def lane(typing_context, table, i):
-        kinds = {float: types.float64, complex: types.complex128, bool: types.boolean}
-        result = _typed(layout, kinds)
-
-        def code(context, builder, signature, args):
-            whole = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
-
-            def number(row):
-                start = builder.add(builder.mul(whole.columns, _I64(row)), args[1])
-                return builder.load(builder.gep(whole.data, [start]))
-
-            values = []
-            for place in layout.places.values():
-                value = number(place.first)
-                if place.kind is complex:
-                    pair = context.make_complex(builder, types.complex128)
-                    pair.real, pair.imag = value, number(place.first + 1)
-                    value = pair._getvalue()
-                elif place.kind is bool:
-                    value = builder.fcmp_ordered(">", value, ir.Constant(ir.DoubleType(), 0.0))
-                values.append(value)
-            return context.make_tuple(builder, result, values)
-
-        return result(TABLE, types.intp), code
-
-    return lane
 
 
 __all__ = ["Layout", "Place", "Table"]

@@ -8,11 +8,13 @@ mapping: observation = clip((state − gait)/scale), control = nominal + clip(ac
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from powered_walker_env.controllers.controller import Controller, as_controller
 from powered_walker_env.envs.task import OBSERVATION_LIMIT, Task
+from powered_walker_env.simulation.differences import differences
 from powered_walker_env.simulation.strides import Array
 
 # Steps of fourth-order differences in observations, by the precision of the actions: about
@@ -20,22 +22,12 @@ from powered_walker_env.simulation.strides import Array
 SINGLE_STEP, DOUBLE_STEP = 0.03, 1e-3
 
 
-class Predicts(Protocol):
-    """Anything that turns observations (N, 4) into actions (N, k).
-
-    With a method `derivative(observations)`, (N, 4) to (N, k, 4), it is not differenced.
-    """
-
-    def predict(self, observation: Any, *, deterministic: bool = True) -> tuple[Any, Any]:
-        """The actions, and the controller's own state, which must be None."""
-
-
 @dataclass(frozen=True, eq=False)
 class TaskPolicy:
     """A controller at a task, as the stride map takes it (see `poincare.Policy`)."""
 
     task: Task
-    controller: Predicts
+    controller: Controller
 
     @property
     def scheme(self) -> str:
@@ -81,30 +73,24 @@ class TaskPolicy:
     def _differences(self, observations: Array) -> Array:
         single = self._actions(observations[:1]).dtype != np.float64
         step = SINGLE_STEP if single else DOUBLE_STEP
-        offsets, weights = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0])
-        moves = step * offsets[:, np.newaxis, np.newaxis] * np.eye(4)  # (offset, direction, 4)
-        points = (observations[:, np.newaxis, np.newaxis] + moves).reshape(-1, 4)
-        actions = self._actions(points).astype(np.float64).reshape(len(observations), 4, 4, -1)
-        found: Array = np.einsum("o,nodc->ncd", weights / (12.0 * step), actions)
-        return found
+        return differences(self._actions, observations, step)
 
 
-def policy_of(env: Any, controller: Predicts) -> TaskPolicy:
+def policy_of(env: Any, controller: Any) -> TaskPolicy:
     """The policy that a controller is at an environment's walker, without disturbances.
 
     Args:
         env: an environment of this package, wrapped or not, a vector environment, or
             a `Task`. A wrapper that changes observations or actions is not seen: the
             controller must take what the environment itself gives.
-        controller: with `predict(observations, deterministic=True)`; for networks of
-            single precision see `sb3_policies.double_precision`.
+        controller: with `predict(observations, deterministic=True)`, or a function from
+            observations to actions; for networks of single precision see
+            `controllers.stable_baselines.double_precision`.
 
     Raises:
-        TypeError: an environment without a task, a controller without `predict`.
+        TypeError: an environment without a task, no controller.
     """
     task = env if isinstance(env, Task) else getattr(getattr(env, "unwrapped", env), "task", None)
     if not isinstance(task, Task):
         raise TypeError(f"env must be an environment of this package or its Task, got {env!r}")
-    if not callable(getattr(controller, "predict", None)):
-        raise TypeError(f"controller must have a method predict, got {controller!r}")
-    return TaskPolicy(task, controller)
+    return TaskPolicy(task, as_controller(controller))

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.compiled.decorators import kernel
+from powered_walker_env.compiled.decorators import internal, kernel, rare
 from powered_walker_env.simulation.strides import Array
 
 Words = NDArray[np.uint64]
@@ -30,7 +30,7 @@ def first_word(generator: np.random.Generator) -> np.uint64:
     return generator.integers(2**64, dtype=np.uint64)
 
 
-@kernel
+@internal
 def mixed(word: np.uint64) -> np.uint64:
     """The 64 random bits that a state of the counter stands for."""
     word = (word ^ (word >> SHIFT_1)) * MIX_1
@@ -38,27 +38,35 @@ def mixed(word: np.uint64) -> np.uint64:
     return word ^ (word >> SHIFT_3)
 
 
-@kernel
+@internal
 def uniform(word: np.uint64) -> float:
     """A state of the counter as a number in (0, 1]; never 0, so that it has a logarithm."""
     return (float(mixed(word) >> SPARE_BITS) + 0.5) * 2.0**-53
 
 
-@kernel
-def draw_normals(words: Words, sizes: Array, draws: Array) -> None:
-    """Fill `draws` (N, an even k) with normal numbers of deviations `sizes`; advance `words`.
+@rare
+def draw_row(word: np.uint64, sizes: Array, draws: Array, i: int) -> np.uint64:
+    """Fill row i of `draws` (N, an even k) with normal numbers of deviations `sizes`.
 
     Box and Muller's method: two uniform numbers make two normal ones. Numbers of size zero
-    are not made, but passed over, so that the others do not depend on them.
+    are not made, but passed over, so that the others do not depend on them. Returns the word
+    that the next numbers come from.
     """
+    for j in range(0, draws.shape[1], 2):
+        first = word + ADVANCE
+        word = first + ADVANCE
+        if sizes[j] == 0.0 and sizes[j + 1] == 0.0:
+            draws[i, j], draws[i, j + 1] = 0.0, 0.0
+            continue
+        radius = math.sqrt(-2.0 * math.log(uniform(first)))
+        angle = 2.0 * math.pi * uniform(word)
+        draws[i, j] = sizes[j] * radius * math.cos(angle)
+        draws[i, j + 1] = sizes[j + 1] * radius * math.sin(angle)
+    return word
+
+
+@kernel
+def draw_normals(words: Words, sizes: Array, draws: Array) -> None:
+    """`draw_row` for every word; the words advance."""
     for i in range(draws.shape[0]):
-        for j in range(0, draws.shape[1], 2):
-            first = words[i] + ADVANCE
-            words[i] = first + ADVANCE
-            if sizes[j] == 0.0 and sizes[j + 1] == 0.0:
-                draws[i, j], draws[i, j + 1] = 0.0, 0.0
-                continue
-            radius = math.sqrt(-2.0 * math.log(uniform(first)))
-            angle = 2.0 * math.pi * uniform(words[i])
-            draws[i, j] = sizes[j] * radius * math.cos(angle)
-            draws[i, j + 1] = sizes[j + 1] * radius * math.sin(angle)
+        words[i] = draw_row(words[i], sizes, draws, i)

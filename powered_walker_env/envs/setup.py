@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from powered_walker_env.envs.disturbances import Disturbance, disturbance_of
+from powered_walker_env.envs.arguments import TaskArguments
+from powered_walker_env.envs.levels import disturbance_of
 from powered_walker_env.envs.task import Task
 from powered_walker_env.model.powering import (
     ANGLE,
@@ -17,7 +18,7 @@ from powered_walker_env.model.powering import (
     AnyControl,
     Scheme,
     check_walkable,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import PRESETS, preset
@@ -46,17 +47,7 @@ class _Walker(NamedTuple):
     gait: Array
 
 
-def make_task(
-    preset_name: str | None,
-    params: WalkerParams | Mapping[str, Any] | None,
-    scheme_name: str | None,
-    control: AnyControl | Sequence[float] | None,
-    gait: Sequence[Any] | None,
-    action_range: Sequence[float] | None,
-    reward: str,
-    effort_weight: float,
-    disturbance: str | Mapping[str, float] | Disturbance,
-) -> Task:
+def make_task(arguments: TaskArguments) -> Task:
     """The task that the arguments of an environment describe.
 
     Raises:
@@ -64,29 +55,37 @@ def make_task(
         TypeError: params with a field that does not exist, a control that is none.
         GaitNotFoundError: no gait given, and none found.
     """
-    if params is not None and preset_name is not None:
+    params, control, gait = arguments.params, arguments.control, arguments.gait
+    if params is not None and arguments.preset is not None:
         raise ValueError(
-            f"preset and params exclude each other, got preset {preset_name!r} and params; "
+            f"preset and params exclude each other, got preset {arguments.preset!r} and params; "
             "pass preset=None with params (the registered ids set a preset)"
         )
-    named = None if scheme_name is None else _powered(scheme(scheme_name))
+    named = None if arguments.scheme is None else _powered(scheme_named(arguments.scheme))
     if params is None:
-        walker = _from_preset(preset_name or _first_preset(named), named, control, gait)
+        walker = _from_preset(arguments.preset or _first_preset(named), named, control, gait)
     else:
         given = params if isinstance(params, WalkerParams) else WalkerParams.from_dict({**params})
         walker = _from_params(given, named, control, gait)
-    powered = scheme_of(walker.control)
-    if action_range is None:
-        action_range = _default_range(powered, walker.preset)
+    powered, reach = scheme_of(walker.control), arguments.action_range
+    if reach is None:
+        reach = default_range(powered, walker.preset)
     return Task(
         params=walker.params,
         control=walker.control,
         gait=walker.gait,
-        action_range=_numbers("action_range", action_range, powered),
-        disturbance=disturbance_of(disturbance, walker.preset, walker.params),
-        reward=reward,
-        effort_weight=_number("effort_weight", effort_weight),
+        action_range=_numbers("action_range", reach, powered),
+        disturbance=disturbance_of(arguments.disturbance, walker.preset, walker.params),
+        reward=arguments.reward,  # checked by the task
+        effort_weight=_number("effort_weight", arguments.effort_weight),
     )
+
+
+def default_range(powered: Scheme, preset_name: str | None) -> tuple[float, ...]:
+    """What action 1 adds where nothing is said: rad of an angle, fraction of a strength."""
+    if powered is MOTOR:
+        return ACTION_RANGES.get(preset_name or "", ACTION_RANGES[DEFAULT_PRESET])
+    return tuple(ANGLE_RANGE if c == ANGLE else STRENGTH_RANGE for c in powered.columns)
 
 
 def _powered(named: Scheme) -> Scheme:
@@ -111,12 +110,6 @@ def _first_preset(named: Scheme | None) -> str:
     if not names:
         raise ValueError(f"params and control must be given: no preset has scheme {named.name!r}")
     return names[0]
-
-
-def _default_range(powered: Scheme, preset_name: str | None) -> tuple[float, ...]:
-    if powered is MOTOR:
-        return ACTION_RANGES.get(preset_name or "", ACTION_RANGES[DEFAULT_PRESET])
-    return tuple(ANGLE_RANGE if c == ANGLE else STRENGTH_RANGE for c in powered.columns)
 
 
 def _from_preset(

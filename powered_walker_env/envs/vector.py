@@ -6,6 +6,7 @@ results are those of `SyncVectorEnv` over N single environments.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,22 +17,30 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from powered_walker_env.envs.disturbances import Disturbance
-from powered_walker_env.envs.setup import make_task
-from powered_walker_env.envs.walker import (
+from powered_walker_env.envs.arguments import TaskArguments
+from powered_walker_env.envs.contract import (
     STRIDE_RTOL,
     action_space,
     check_action,
+    check_count,
+    check_mask,
     check_options,
+    check_render_mode,
+    check_seeds,
+    endings,
+    masked,
     observation_space,
 )
-from powered_walker_env.envs.walkers import Walkers
+from powered_walker_env.envs.gallery import Gallery
+from powered_walker_env.envs.saved import Saved, numbers
+from powered_walker_env.envs.setup import make_task
+from powered_walker_env.envs.walkers import WALKED, Walkers
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.model.walker import WalkerParams
 
 Observations = NDArray[np.float32]
 Info = dict[str, Any]
+RENDER_MODES = ["human", "rgb_array"]
 
 
 class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], NDArray[Any]]):
@@ -42,12 +51,14 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         max_episode_steps: strides until truncation; None for no limit. (`gym.make_vec`
             passes the registered limit.)
         autoreset_mode: `AutoresetMode.NEXT_STEP` (Gymnasium's default), `SAME_STEP` or
-            `DISABLED`, or the mode's value as a string.
-        **task: `preset`, `params`, `scheme`, `control`, `gait`, `action_range`, `reward`,
-            `effort_weight`, `disturbance`, as in `PoweredWalkerEnv`.
+            `DISABLED`, or the mode's value as a string. If it is disabled, a walker that fell
+            lies there and earns nothing until it is reset, with a warning.
+        render_mode: "rgb_array", a picture of each walker at the end of its last stride; or
+            "human", a window that shows walker 0.
+        **arguments: those of `TaskArguments`, as in `PoweredWalkerEnv`.
 
     Raises:
-        ValueError: a bad argument, or a render mode: this environment draws nothing.
+        ValueError: a bad argument; TypeError: one that does not exist.
     """
 
     def __init__(
@@ -56,41 +67,52 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
-        preset: str | None = None,
-        params: WalkerParams | Mapping[str, Any] | None = None,
-        control: AnyControl | Sequence[float] | None = None,
-        gait: Sequence[Any] | None = None,
-        action_range: Sequence[float] | None = None,
-        reward: str = "deviation",
-        effort_weight: float = 0.0,
-        disturbance: str | Mapping[str, float] | Disturbance = "light",
-        scheme: str | None = None,
+        **arguments: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs must be at least 1, got {num_envs!r}")
-        if max_episode_steps is not None and max_episode_steps < 1:
-            raise ValueError(f"max_episode_steps must be at least 1, got {max_episode_steps!r}")
-        if render_mode is not None:
-            raise ValueError(
-                f"render_mode must be None here, got {render_mode!r}; use "
-                'gym.make, or make_vec(vectorization_mode="sync"), for pictures'
-            )
-        self.task = make_task(
-            preset, params, scheme, control, gait, action_range, reward, effort_weight, disturbance
-        )
+        check_count("num_envs", num_envs)
+        if max_episode_steps is not None:
+            check_count("max_episode_steps", max_episode_steps)
+        self.render_mode = check_render_mode(render_mode, RENDER_MODES)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.task = make_task(TaskArguments.of(arguments))
         self.num_envs = num_envs
         self.max_episode_steps = max_episode_steps
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"autoreset_mode": self.autoreset_mode}
-        self.render_mode = None
         self.single_observation_space = observation_space()
         self.single_action_space = action_space(self.task.scheme)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.walkers = Walkers(self.task, num_envs, STRIDE_RTOL)
-        self._elapsed = np.zeros(num_envs, np.int64)
+        self.elapsed = np.zeros(num_envs, np.int64)  # strides of each walker's episode
         self._over = np.zeros(num_envs, np.bool_)  # finished, waiting for their reset
         self._started = np.zeros(num_envs, np.bool_)
+        self._seeded = np.zeros(num_envs, np.bool_)
+        self._gallery = Gallery(self.walkers, render_mode, "gym.make_vec")
+        self.metadata = {
+            "autoreset_mode": self.autoreset_mode,
+            "render_modes": RENDER_MODES,
+            "render_fps": self._gallery.fps,
+        }
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """Seeded by `reset`; set, every walker's random numbers begin anew from it."""
+        return super().np_random
+
+    @np_random.setter
+    def np_random(self, value: np.random.Generator) -> None:
+        gym.vector.VectorEnv.np_random.__set__(self, value)  # type: ignore[attr-defined] # a property
+        for i in range(self.num_envs):
+            self.walkers.seed(i, value)
+        self._seeded[:] = True
+
+    def control(self, actions: Any) -> tuple[AnyControl, ...]:
+        """The controls that (N, k) actions mean, as `PoweredWalkerEnv.control` for each.
+
+        Raises:
+            ValueError: actions of a wrong shape or not finite.
+        """
+        wanted = check_action(actions, self.action_space.shape, self.task.scheme)
+        return tuple(map(self.task.control_of, wanted))
 
     def reset(
         self,
@@ -108,16 +130,20 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         Raises:
             ValueError: as many seeds as walkers are needed; a bad option.
         """
-        seeds = self._seeds(seed)
+        seeds = check_seeds(seed, self.num_envs)
         chosen = dict(options or {})
-        mask = self._mask(chosen.pop("reset_mask", None))
+        mask = check_mask(chosen.pop("reset_mask", None), self.num_envs)
         state = check_options(chosen)
+        if isinstance(seed, (int, np.integer)):
+            super().reset(seed=int(seed))
         for i in np.flatnonzero(mask).tolist():
-            if seeds[i] is not None or not self._started[i]:
-                self.walkers.seed(i, seeding.np_random(seeds[i])[0])
+            if seeds[i] is not None or not self._seeded[i]:
+                own = (self.np_random_seed or 0) + i if seeds[i] is None else seeds[i]
+                self.walkers.seed(i, seeding.np_random(own)[0])
         self._started |= mask
+        self._seeded |= mask
         self._restart(mask, state)
-        return self.walkers.observations.copy(), _masked(self.walkers.start_info(), mask)
+        return self.walkers.observations.copy(), masked(self.walkers.start_info(), mask)
 
     def step(
         self, actions: NDArray[Any]
@@ -126,90 +152,83 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
 
         Raises:
             ValueError: actions of a wrong shape or not finite.
-            gymnasium.error.ResetNeeded: before the first reset, or, with autoreset
-                disabled, while a walker that is over has not been reset.
+            gymnasium.error.ResetNeeded: before the first reset of each.
         """
         wanted = check_action(actions, self.action_space.shape, self.task.scheme)
         if not self._started.all():
             raise gym.error.ResetNeeded("call reset() before step()")
-        active = None
-        if self._over.any():
-            if self.autoreset_mode == AutoresetMode.DISABLED:
-                raise gym.error.ResetNeeded(
-                    f"walkers {np.flatnonzero(self._over).tolist()} are over; reset them with "
-                    'options={"reset_mask": ...}'
-                )
+        active = self._active() if self._over.any() else None
+        starts = self._gallery.starts()
+        result = self.walkers.step(wanted, active)
+        self._gallery.add(starts, active)
+        self.elapsed += 1 if active is None else active
+        limit = math.inf if self.max_episode_steps is None else self.max_episode_steps
+        truncated = self.elapsed >= limit
+        self._over = result.terminated | truncated
+        observation, info = result.observation, result.info
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
+            observation, info = self._finish(observation, info)
+        else:
+            info = masked(info)
+        return observation, result.reward, result.terminated, truncated, info
+
+    def render(self) -> Any:
+        """A tuple of N pictures, (height, width, 3) RGB each; None for a window.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        pictures = self._gallery.pictures()
+        return pictures if self.render_mode == "rgb_array" else None
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window, if any."""
+        self._gallery.close()
+
+    def set_states(self, saved: Sequence[Mapping[str, Any]], elapsed: Any) -> None:
+        """Put every walker into a state of `walkers.get_state`, so many strides into its episode.
+
+        Raises:
+            ValueError: something that `get_state` has not given.
+        """
+        packed = self.walkers.rows.shape[1]
+        checked = [Saved.of(each, packed) for each in saved]
+        self.elapsed[:] = numbers({"elapsed": elapsed}, "elapsed", self.num_envs)
+        for i, each in enumerate(checked):
+            self.walkers.put(i, each)
+        self._over = self.walkers.outcomes != WALKED
+        self._started[:] = self._seeded[:] = True
+        self._gallery.begin(self._started)
+
+    def _active(self) -> NDArray[np.bool_]:
+        """Who walks where some are over: they are restarted, or lie where they fell."""
+        if self.autoreset_mode != AutoresetMode.DISABLED:
             active = ~self._over
             self._restart(self._over)
-        result = self.walkers.step(wanted, active)
-        self._elapsed += 1 if active is None else active
-        truncated = np.zeros(self.num_envs, np.bool_)
-        if self.max_episode_steps is not None:
-            truncated = self._elapsed >= self.max_episode_steps
-        self._over = result.terminated | truncated
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
-            observation, info = self._finish(result.observation, result.info)
-        else:
-            observation, info = result.observation, _masked(result.info)
-        return observation, result.reward, result.terminated, truncated, info
+            return active
+        active = self.walkers.outcomes == WALKED
+        if not active.all():
+            gym.logger.warn(
+                f"step() was called after walkers {np.flatnonzero(~active).tolist()} fell: "
+                'nothing happens to them until reset(options={"reset_mask": ...})'
+            )
+        return active
 
     def _restart(self, which: NDArray[np.bool_], state: PostStrikeState | None = None) -> None:
         """Start the given walkers anew with their own random numbers."""
         self.walkers.reset(slice(None) if which.all() else np.flatnonzero(which), state)
-        self._elapsed[which] = 0
+        self.elapsed[which] = 0
         self._over = self._over & ~which
+        self._gallery.begin(which)
 
     def _finish(
         self, observation: Observations, info: dict[str, NDArray[Any]]
     ) -> tuple[Observations, Info]:
         """Restart what is over; its last observation and info go into `final_…`."""
         over = self._over
-        final = np.full(self.num_envs, None, dtype=object)
-        for i in np.flatnonzero(over):
-            final[i] = observation[i]
-        last = _masked(info, over)
+        ends = endings(observation, info, over)
         self._restart(over)
         fresh = self.walkers.start_info()
         for name, values in info.items():
             values[over] = fresh[name][over]
-        ends: Info = {"final_obs": final, "_final_obs": over.copy()}
-        ends |= {"final_info": last, "_final_info": over.copy()}
-        return self.walkers.observations.copy(), ends | _masked(info)
-
-    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)):
-            return [int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ValueError(f"seed must be one or {self.num_envs} seeds, got {len(seed)}")
-        return list(seed)
-
-    def _mask(self, mask: Any) -> NDArray[np.bool_]:
-        if mask is None:
-            return np.ones(self.num_envs, np.bool_)
-        good = isinstance(mask, np.ndarray) and mask.dtype == np.bool_
-        if not (good and mask.shape == (self.num_envs,) and mask.any()):
-            raise ValueError(
-                f"options['reset_mask'] must be ({self.num_envs},) bool with a True, got {mask!r}"
-            )
-        chosen: NDArray[np.bool_] = mask
-        return chosen
-
-
-def _masked(info: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None) -> Info:
-    """Gymnasium's form: every key with a `_key` that says whose values count, others zero.
-
-    Args:
-        mask: (N,); every walker if left out.
-    """
-    masked: Info = {}
-    every = None
-    for name, values in info.items():
-        if mask is None:
-            every = np.ones(len(values), np.bool_) if every is None else every
-            masked[name], masked[f"_{name}"] = values, every
-        else:
-            masked[name], masked[f"_{name}"] = np.zeros_like(values), mask.copy()
-            masked[name][mask] = values[mask]
-    return masked
+        return self.walkers.observations.copy(), ends | masked(info)

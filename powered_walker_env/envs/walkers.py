@@ -7,6 +7,7 @@ a single environment with its seed meets.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,24 +16,21 @@ from numpy.typing import NDArray
 
 from powered_walker_env.envs.disturbances import EPISODE_DRAWS, STEP_DRAWS, episode_params
 from powered_walker_env.envs.noise import draw_normals, first_word
-from powered_walker_env.envs.task import (
-    REWARDS,
-    STRIDE_INFO,
-    Task,
-    begin_episodes,
-    begin_strides,
-    end_strides,
-)
+from powered_walker_env.envs.rewards import REWARDS, own_rewards
+from powered_walker_env.envs.saved import Saved
+from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
+from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Outcome, encode
 from powered_walker_env.model.powering import MOTOR
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.simulation.record import RESULTS
-from powered_walker_env.simulation.strides import Array, run_rows
+from powered_walker_env.simulation.strides import Array, StrideBatch, run_rows
 from powered_walker_env.simulation.threads import run_in_slices
 
 Rows = slice | NDArray[np.intp]
 EVERY = slice(None)
+WALKED = int(Outcome.WALKED)
 UNIT_DEVIATIONS = np.ones(EPISODE_DRAWS)
 
 
@@ -56,6 +54,7 @@ class Walkers:
         self.states = np.tile(task.gait[0], (count, 1))
         self.observations = np.zeros((count, 4), np.float32)
         self.levels = np.zeros(count)  # m, height of the ground under each stance foot
+        self.outcomes = np.full(count, WALKED, np.int64)  # of the last stride
         self.controls = np.tile(task.nominal, (count, 1))  # (N, k) of the last stride
         self.heights = np.zeros(count)  # m, steps of the ground in the last stride
         # Packed walkers: one for all, unless every episode has its own.
@@ -63,7 +62,8 @@ class Walkers:
         self.rows = np.tile(pack(task.params), (count if self._differ else 1, 1))
         self._gait, self._scale = task.gait, task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
-        self._kind = REWARDS.index(task.reward)
+        self._own = task.reward if callable(task.reward) else None
+        self._kind = 0 if callable(task.reward) else list(REWARDS).index(task.reward)
         self._sizes = disturbance.sizes(task.params)
         self._scheme, self._code = task.scheme, encode(task.scheme.cycle)
         # Room that every step writes anew; new memory would cost more than what fills it.
@@ -78,6 +78,11 @@ class Walkers:
         """Draw where the random numbers of walker i begin."""
         self.words[i] = first_word(generator)
 
+    def row(self, i: int) -> Array:
+        """Walker i, packed."""
+        found: Array = self.rows[i if self._differ else 0]
+        return found
+
     def reset(self, rows: Rows = EVERY, state: PostStrikeState | None = None) -> None:
         """Start walkers anew: on the gait, just after a heel strike and its push.
 
@@ -87,30 +92,39 @@ class Walkers:
         """
         start = self._gait[0] if state is None else np.array(state)
         words = self.words[rows]
+        count = len(words)
         if self._differ:
-            draws = np.empty((len(words), EPISODE_DRAWS))
+            draws = np.empty((count, EPISODE_DRAWS))
             draw_normals(words, UNIT_DEVIATIONS, draws)
             chosen = [episode_params(self.task.params, self.task.disturbance, d) for d in draws]
             self.rows[rows] = [pack(params) for params in chosen]
-        states = np.tile(start, (len(words), 1))
-        observations = np.empty((len(words), 4), np.float32)
+        states = np.tile(start, (count, 1))
+        observations = np.empty((count, 4), np.float32)
         begin_episodes(
-            words, self._sizes, self._gait, self._scale, state is None, states, observations
+            words,
+            self._sizes,
+            self._gait,
+            self._scale,
+            state is None,
+            self._draws[:count],
+            states,
+            observations,
         )
         self.words[rows], self.states[rows], self.observations[rows] = words, states, observations
         self.controls[rows] = self._nominal
         self.levels[rows] = self.heights[rows] = 0.0
+        self.outcomes[rows] = WALKED
 
     def step(self, actions: Array, active: NDArray[np.bool_] | None = None) -> Step:
         """One stride under (N, k) actions, of every walker or of the active ones only.
 
         A walker left out draws no random numbers and keeps its state; its entries of the
-        result are those of a start.
+        result are those of a start, or of one that lies where it fell.
         """
         chosen = self._every if active is None else np.flatnonzero(active)
         actions = np.ascontiguousarray(actions, np.float64)
-        rewards, terminated = np.zeros(self.count), np.zeros(self.count, np.bool_)
-        outcomes, table = self._nothing()
+        rewards, outcomes, table = np.zeros(self.count), self.outcomes.copy(), self._nothing()
+        before = None if self._own is None else self.states[chosen]
 
         def walk(part: slice) -> None:
             rows, draws, results = chosen[part], self._draws[part], self._results[part]
@@ -149,22 +163,39 @@ class Walkers:
                 self.levels,
                 self.observations,
                 rewards,
-                terminated,
                 outcomes,
                 table,
             )
             self.controls[rows], self.heights[rows] = controls, heights
 
         run_in_slices(walk, len(chosen))
-        return Step(self.observations.copy(), rewards, terminated, self._info(outcomes, table))
+        if before is not None and len(chosen):
+            self._reward(chosen, before, outcomes, rewards, table)
+        self.outcomes[:] = outcomes
+        info = self._info(outcomes, table)
+        return Step(self.observations.copy(), rewards, outcomes != WALKED, info)
+
+    def _reward(
+        self,
+        chosen: NDArray[np.intp],
+        before: Array,
+        outcomes: NDArray[np.int64],
+        rewards: Array,
+        table: Array,
+    ) -> None:
+        """Put a reward of one's own in the place of the formula's."""
+        assert self._own is not None
+        strides = StrideBatch(outcomes[chosen], self._results[: len(chosen)].copy())
+        own = own_rewards(self._own, before, self.states[chosen], strides)
+        table[chosen, STABILITY] = own
+        rewards[chosen] = own + table[chosen, EFFORT]
 
     def start_info(self) -> dict[str, NDArray[Any]]:
         """What `Step.info` holds, at a start: nothing walked yet, nothing earned."""
-        return self._info(*self._nothing())
+        return self._info(self.outcomes.copy(), self._nothing())
 
-    def _nothing(self) -> tuple[NDArray[np.int64], Array]:
-        outcomes = np.full(self.count, int(Outcome.WALKED), np.int64)
-        return outcomes, np.zeros((self.count, len(STRIDE_INFO)))
+    def _nothing(self) -> Array:
+        return np.zeros((self.count, len(STRIDE_INFO)))
 
     def _info(self, outcomes: NDArray[np.int64], table: Array) -> dict[str, NDArray[Any]]:
         info = {"state": self.states.copy(), "control": self.controls.copy(), "outcome": outcomes}
@@ -177,14 +208,22 @@ class Walkers:
             "state": self.states[i].tolist(),
             "observation": self.observations[i].tolist(),
             "level": float(self.levels[i]),
-            "walker": self.rows[i if self._differ else 0].tolist(),
+            "outcome": int(self.outcomes[i]),
+            "walker": self.row(i).tolist(),
             "random": int(self.words[i]),
         }
 
-    def set_state(self, i: int, saved: dict[str, Any]) -> None:
-        """The inverse of `get_state`."""
-        self.states[i] = saved["state"]
-        self.observations[i] = saved["observation"]
-        self.levels[i] = saved["level"]
-        self.rows[i if self._differ else 0] = saved["walker"]
-        self.words[i] = saved["random"]
+    def set_state(self, i: int, saved: Mapping[str, Any]) -> None:
+        """The inverse of `get_state`.
+
+        Raises:
+            ValueError: something that `get_state` has not given.
+        """
+        self.put(i, Saved.of(saved, self.rows.shape[1]))
+
+    def put(self, i: int, saved: Saved) -> None:
+        """The same with what has been checked."""
+        self.states[i], self.observations[i] = saved.state, saved.observation
+        self.levels[i], self.outcomes[i] = saved.level, saved.outcome
+        self.rows[i if self._differ else 0] = saved.walker
+        self.words[i] = saved.random

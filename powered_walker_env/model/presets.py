@@ -2,7 +2,7 @@
 
 Walkers with `control=None` are passive: the foot stays locked and a slope powers them. They
 have no action, so the environments refuse them; everything else takes them. The type of
-the control says how a walker is powered (`schemes/`). Gravity and
+the control says how a walker is powered (`powering/`). Gravity and
 lengths are as each source has them.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from powered_walker_env.model.checks import one_of
 from powered_walker_env.model.powering import AnyControl, HipTorque, StoppedControl, ToeOff
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.state import PostStrikeState
@@ -217,6 +218,4 @@ def preset(name: str) -> Preset:
     Raises:
         ValueError: no such preset; the message lists them.
     """
-    if name not in PRESETS:
-        raise ValueError(f"preset must be one of {', '.join(PRESETS)}, got {name!r}")
-    return PRESETS[name]
+    return one_of("preset", name, PRESETS)

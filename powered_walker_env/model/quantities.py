@@ -22,11 +22,11 @@ class Domain(NamedTuple):
     need: str
     remedy: str = ""
 
-    def holds(self, value: float) -> bool:
-        """Whether a finite number lies in the domain."""
+    def holds(self, value: Any) -> Any:
+        """Whether a finite number, or each of an array, lies in the domain."""
         above = value >= self.low if "low" in self.ends else value > self.low
         below = value <= self.high if "high" in self.ends else value < self.high
-        return above and below
+        return above & below
 
 
 ANY = Domain(-math.inf, math.inf, "", "be a number")

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from powered_walker_env.model.checks import plain, real_number, require
+from powered_walker_env.model.walker import WalkerParams
 
 
 class PostStrikeState(NamedTuple):
@@ -39,3 +44,9 @@ def check_state(state: Any) -> PostStrikeState:
     named = zip(PostStrikeState._fields, values, strict=True)
     checked = (real_number(f"state.{n}", plain(v)) for n, v in named)
     return PostStrikeState(*checked)
+
+
+def natural_units(params: WalkerParams) -> NDArray[np.float64]:
+    """Units of a post-strike state, (4,): radians, and radians per √(L/g)."""
+    rate = math.sqrt(params.gravity / params.leg_length)
+    return np.array([1.0, 1.0, rate, rate])

@@ -1,4 +1,4 @@
-"""A walk on the screen, as a GIF or as an MP4."""
+"""A walk as a GIF or as an MP4; several walks one above the other."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import importlib
 import itertools
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from powered_walker_env.files import written_aside
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.pictures.painter import Frame, import_pygame
+from powered_walker_env.pictures.canvas import Frame, import_pygame
 from powered_walker_env.pictures.renderer import Renderer, check_rate
 from powered_walker_env.simulation.trajectory import Trajectory
 
@@ -22,53 +22,6 @@ FALL_HOLD = 1.0  # s, how long an animation rests on the last picture of a fall
 SUFFIXES = (".gif", ".mp4")
 GIF_COLOURS = 96  # flat colours and their blends: with fewer, small letters suffer
 GIF_SAMPLES = 12  # pictures that the palette is taken from
-
-
-class Window:
-    """Shows frames on the screen in real time (`render_mode="human"`).
-
-    It opens with the first frame. Once the user has closed it, it stays closed.
-
-    Raises:
-        ImportError: pygame is not installed.
-    """
-
-    def __init__(self, fps: float = 25.0, caption: str = "Powered walker") -> None:
-        self.fps = check_rate("fps", fps)
-        self.caption = caption
-        self.closed = False
-        self._pygame = import_pygame()
-        self._screen: Any = None
-        self._clock: Any = None
-
-    def show(self, frames: Iterable[Frame]) -> None:
-        """Show frames one after another, `fps` of them a second, until the user closes it."""
-        for frame in frames:
-            if self.closed:
-                return
-            self._show_one(frame)
-
-    def close(self) -> None:
-        """Close the window; nothing happens if it is closed already."""
-        if self._screen is not None:
-            self._pygame.display.quit()
-        self._screen, self.closed = None, True
-
-    def _show_one(self, frame: Frame) -> None:
-        pygame = self._pygame
-        size = (frame.shape[1], frame.shape[0])
-        if self._screen is None:
-            pygame.display.init()
-            pygame.display.set_caption(self.caption)
-            self._clock = pygame.time.Clock()
-        if self._screen is None or self._screen.get_size() != size:
-            self._screen = pygame.display.set_mode(size)
-        image = pygame.image.frombuffer(np.ascontiguousarray(frame).tobytes(), size, "RGB")
-        self._screen.blit(image, (0, 0))
-        pygame.display.flip()
-        self._clock.tick(self.fps)
-        if any(event.type == pygame.QUIT for event in pygame.event.get()):
-            self.close()
 
 
 def save_animation(
@@ -97,19 +50,95 @@ def save_animation(
         FileNotFoundError: the folder does not exist.
         ImportError: pygame, or what the format needs, is not installed.
     """
+    return save_side_by_side(
+        {"": trajectory}, path, fps=fps, speed=speed, width=width, height=height
+    )
+
+
+def save_side_by_side(
+    walks: Mapping[str, Trajectory],
+    path: str | os.PathLike[str],
+    *,
+    fps: float = 20.0,
+    speed: float = 1.0,
+    width: int = 560,
+    height: int = 240,
+) -> Path:
+    """Write walks one above the other, each with its name, in real time.
+
+    What is over stands still. Feet have the same soles in all pictures.
+
+    Args:
+        walks: name to walk, from the top. Others, and errors, as in `save_animation`; width and
+            height are of one walk's picture.
+    """
+    if not walks:
+        raise ValueError("walks must hold at least one walk, got none")
+    check_film(path, fps=fps, speed=speed, width=width, height=height * len(walks))
+    renderers = [
+        Renderer(walk.params, width=width, height=height, name=name) for name, walk in walks.items()
+    ]
+    frames = []
+    for renderer, walk in zip(renderers, walks.values(), strict=True):
+        frames.append(renderer.frames(walk, fps, speed=speed))
+        for other in walks.values():
+            renderer.widen_sole(other)
+    fell = any(walk.outcome != Outcome.WALKED for walk in walks.values())
+    film = _rest_on_last(_stacked(frames), round(FALL_HOLD * fps) if fell else 0)
+    samples = (
+        np.concatenate([renderer.frame(begin + share * (end - begin)) for renderer, (begin, end) in
+                        ((r, r.span) for r in renderers)])
+        for share in np.linspace(0.0, 1.0, GIF_SAMPLES).tolist()
+    )  # fmt: skip
+    return save_frames(film, path, fps, samples=samples)
+
+
+def save_frames(
+    frames: Iterable[Frame],
+    path: str | os.PathLike[str],
+    fps: float,
+    *,
+    samples: Iterable[Frame] | None = None,
+) -> Path:
+    """Write pictures of one size as a GIF or an MP4, complete or not at all; return the path.
+
+    Args:
+        frames: (height, width, 3) RGB each.
+        fps: pictures a second.
+        samples: pictures that have all the colours of a GIF; if left out, the frames are all
+            kept in memory to find them.
+
+    Raises:
+        ValueError, FileNotFoundError, ImportError: as `save_animation`.
+    """
     target = Path(path)
-    _check_animation(target, fps, speed, width, height)
-    write = _write_gif if target.suffix.lower() == ".gif" else _write_mp4
-    codec = _import_pillow() if write is _write_gif else _import_ffmpeg()
-    renderer = Renderer(trajectory.params, width=width, height=height)
-    frames = renderer.frames(trajectory, fps, speed=speed)
-    rest = 0 if trajectory.outcome == Outcome.WALKED else round(FALL_HOLD * fps)
+    check_film(target, fps=fps)
+    gif = target.suffix.lower() == ".gif"
+    if gif and samples is None:
+        frames = list(frames)
+        samples = frames[:: max(1, len(frames) // GIF_SAMPLES)]
     with written_aside(target) as aside:
-        write(codec, aside, _rest_on_last(frames, rest), fps, renderer)
+        if gif:
+            _write_gif(aside, iter(frames), fps, samples or ())
+        else:
+            _write_mp4(aside, iter(frames), fps)
     return target
 
 
-def _check_animation(target: Path, fps: float, speed: float, width: int, height: int) -> None:
+def check_film(
+    path: str | os.PathLike[str],
+    *,
+    fps: float = 25.0,
+    speed: float = 1.0,
+    width: int = 2,
+    height: int = 2,
+) -> None:
+    """Find out whether a film can be written before anything is drawn.
+
+    Raises:
+        ValueError, FileNotFoundError, ImportError: as `save_animation`.
+    """
+    target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         supported = " or ".join(SUFFIXES)
@@ -122,6 +151,8 @@ def _check_animation(target: Path, fps: float, speed: float, width: int, height:
         raise ValueError(f"width and height must be even for an MP4, got {width!r} and {height!r}")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"the folder {str(target.parent)!r} does not exist; make it first")
+    import_pygame()
+    _import_pillow() if suffix == ".gif" else _import_ffmpeg()
 
 
 def _import_pillow() -> Any:
@@ -144,6 +175,14 @@ def _import_ffmpeg() -> Any:
         ) from error
 
 
+def _stacked(films: list[Iterator[Frame]]) -> Iterator[Frame]:
+    """Pictures one above the other until the last film ends; those over before stand still."""
+    last: list[Frame | None] = [None] * len(films)
+    for pictures in itertools.zip_longest(*films):
+        last = [old if new is None else new for old, new in zip(last, pictures, strict=True)]
+        yield np.concatenate([picture for picture in last if picture is not None])
+
+
 def _rest_on_last(frames: Iterator[Frame], count: int) -> Iterator[Frame]:
     """The frames, the last one `count` times more."""
     last = None
@@ -153,13 +192,10 @@ def _rest_on_last(frames: Iterator[Frame], count: int) -> Iterator[Frame]:
         yield from itertools.repeat(last, count)
 
 
-def _write_gif(
-    pillow: Any, path: Path, frames: Iterator[Frame], fps: float, renderer: Renderer
-) -> None:
+def _write_gif(path: Path, frames: Iterator[Frame], fps: float, samples: Iterable[Frame]) -> None:
     """One palette for all pictures and no dithering: only what moves is stored again."""
-    begin, end = renderer.span
-    samples = [renderer.frame(t) for t in np.linspace(begin, end, GIF_SAMPLES).tolist()]
-    palette = pillow.fromarray(np.concatenate(samples)).quantize(GIF_COLOURS)
+    pillow = _import_pillow()
+    palette = pillow.fromarray(np.concatenate([*samples])).quantize(GIF_COLOURS)
 
     def picture(number: int, frame: Frame) -> Any:
         image = pillow.fromarray(frame).quantize(palette=palette, dither=pillow.Dither.NONE)
@@ -176,13 +212,14 @@ def _write_gif(
         )
 
 
-def _write_mp4(
-    ffmpeg: Any, path: Path, frames: Iterator[Frame], fps: float, renderer: Renderer
-) -> None:
-    size = (renderer.width, renderer.height)
+def _write_mp4(path: Path, frames: Iterator[Frame], fps: float) -> None:
+    first = next(frames)
+    size = (first.shape[1], first.shape[0])
     with contextlib.closing(
-        ffmpeg.write_frames(str(path), size, fps=fps, macro_block_size=2, ffmpeg_log_level="error")
+        _import_ffmpeg().write_frames(
+            str(path), size, fps=fps, macro_block_size=2, ffmpeg_log_level="error"
+        )
     ) as writer:
         writer.send(None)  # starts ffmpeg
-        for frame in frames:
-            writer.send(frame)
+        for frame in itertools.chain([first], frames):
+            writer.send(np.ascontiguousarray(frame))

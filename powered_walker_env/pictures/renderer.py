@@ -1,7 +1,7 @@
 """A walk as pictures: frames in real time, drawn offscreen.
 
-`Renderer` follows a walk stride by stride. What one picture shows is in `drawing.py`; a
-window, GIF and MP4 are in `animation.py`. Needs pygame
+`Renderer` follows a walk stride by stride. What one picture shows is in `scene` and `painter`;
+a window, GIF and MP4 are in `film`. Needs pygame
 (`pip install "powered-walker-env[render]"`).
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +18,9 @@ from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.pictures.camera import Camera, follow, hip_forward
-from powered_walker_env.pictures.painter import Frame, Painter
-from powered_walker_env.pictures.scene import Floor, Pose, Scene
+from powered_walker_env.pictures.canvas import Frame
+from powered_walker_env.pictures.painter import Painter
+from powered_walker_env.pictures.scene import Floor, Pose, Scene, Stretch
 
 if TYPE_CHECKING:
     from powered_walker_env.simulation.trajectory import Trajectory
@@ -30,49 +30,6 @@ Array = npt.NDArray[np.float64]
 CAMERA_RATE = 0.25  # of √(g/L): slow enough to smooth the lurch of each stride away
 SOLE = 0.45  # rad, the least that the sole reaches either way from the locked, upright leg
 SOLE_MARGIN = 0.12  # rad, of sole beyond the outermost contact points
-
-
-@dataclass(frozen=True, eq=False)
-class _Stretch:
-    """A trajectory set in the renderer's world: shifted to begin where the last one ended."""
-
-    params: WalkerParams
-    t: Array  # (n,) s
-    q: Array  # (n, 3) rad
-    foot: Array  # (n, 2) m, forward and up
-    motor_on: npt.NDArray[np.bool_]  # (n,)
-    stride: npt.NDArray[np.int64]  # (n,)
-    camera: Array  # (n, 2) m, forward and up
-    verdict: str  # how the walk ended, "" if it goes on
-
-    def at(self, time: float) -> tuple[int, Array, Array, Array]:
-        """The sample at or before `time`, and q, foot and camera interpolated to it.
-
-        Both sides of an event are samples, so no interpolation crosses one; at the
-        event itself the later side counts.
-        """
-        i = int(np.searchsorted(self.t, time, side="right")) - 1
-        i = min(max(i, 0), len(self.t) - 1)
-        j = min(i + 1, len(self.t) - 1)
-        span = self.t[j] - self.t[i]
-        share = min(max((time - self.t[i]) / span, 0.0), 1.0) if span > 0 else 0.0
-        q, foot, camera = (a[i] + share * (a[j] - a[i]) for a in (self.q, self.foot, self.camera))
-        return i, q, foot, camera
-
-    def picture_times(self, rate: float, fresh: bool) -> list[float]:
-        """The multiples of 1/rate after the begin and up to the end, s.
-
-        A fresh walk shows its first instant, too, and a fall its last.
-        """
-        begin, end = float(self.t[0]), float(self.t[-1])
-        tiny = 1e-9  # of a picture: a time on the edge belongs to the trajectory that ends there
-        first = math.floor(begin * rate + tiny) + 1
-        times = [k / rate for k in range(first, math.floor(end * rate + tiny) + 1)]
-        if fresh:
-            times = [begin, *times]
-        if self.verdict and times[-1:] != [end]:
-            times.append(end)
-        return times
 
 
 class Renderer:
@@ -85,16 +42,28 @@ class Renderer:
     Args:
         params: the walker; a trajectory brings its own.
         width, height: of the frames, px.
+        name: shown in the corner, where there are several walks.
+        painter: to share one of that size with other renderers; its own if left out.
+
+    It can be copied and pickled, with the walk that it has followed.
 
     Raises:
         ImportError: pygame is not installed.
         ValueError: a size that is not a positive integer.
     """
 
-    def __init__(self, params: WalkerParams, *, width: int = 640, height: int = 360) -> None:
-        self.params = params
-        self.width, self.height = width, height
-        self._painter = Painter(width, height)
+    def __init__(
+        self,
+        params: WalkerParams,
+        *,
+        width: int = 640,
+        height: int = 360,
+        name: str = "",
+        painter: Painter | None = None,
+    ) -> None:
+        self.params, self.name = params, name
+        self._painter = painter or Painter(width, height)
+        self.width, self.height = self._painter.width, self._painter.height
         self.reset()
 
     def reset(
@@ -111,13 +80,19 @@ class Renderer:
         """
         self.params = self.params if params is None else params
         self._floor = Floor()
-        self._stretch: _Stretch | None = None
+        self._stretch: Stretch | None = None
         self._camera: Camera | None = None
         self._strides, self._landing = 0, 0.0  # completed; m, the last contact point
+        self._motor = False  # whether an ankle motor has been seen at work
         lock = self.params.locked_ankle_angle
         self._sector = (-lock - SOLE, -lock + SOLE)
         if state is not None:
             self._stand(check_state(state))
+
+    @property
+    def painter(self) -> Painter:
+        """What draws the frames; renderers of one thread may share it."""
+        return self._painter
 
     def follow(self, trajectory: Trajectory) -> None:
         """Go on along a trajectory; draws nothing yet.
@@ -174,7 +149,7 @@ class Renderer:
         """Where (column, row) a point of the world, m, lands in a scene's picture, px."""
         return self._painter.to_pixels(scene, complex(up, forward))
 
-    def _follow(self, trajectory: Trajectory) -> _Stretch:
+    def _follow(self, trajectory: Trajectory) -> Stretch:
         if self._stretch is not None and self._stretch.verdict:
             raise ValueError(f"the walk is over ({self._stretch.verdict}); call reset() first")
         self.params = trajectory.params
@@ -184,10 +159,12 @@ class Renderer:
             self._floor.heights[-1] - float(trajectory.ground[0]),
         )
         self._extend_floor(trajectory, shift[1], shift[2])
-        self._widen_sole(trajectory)
+        self.widen_sole(trajectory)
+        standing = self._stretch is not None and len(self._stretch.t) == 1
+        self._motor = bool(trajectory.motor_on.any()) or (self._motor and not standing)
         t, foot = trajectory.t + shift[0], trajectory.foot + shift[1:]
         walked = trajectory.outcome == Outcome.WALKED
-        stretch = self._stretch = _Stretch(
+        stretch = self._stretch = Stretch(
             params=trajectory.params,
             t=t,
             q=trajectory.q,
@@ -207,9 +184,10 @@ class Renderer:
         t, foot = np.zeros(1), np.array([[0.0, self.params.foot_radius]])
         nothing, first = np.zeros(1, bool), np.zeros(1, np.int64)
         camera = self._film(t, q, foot, first)
-        self._stretch = _Stretch(self.params, t, q, foot, nothing, first, camera, "")
+        self._motor = self.params.foot_length > 0  # one could be there; the walk will show it
+        self._stretch = Stretch(self.params, t, q, foot, nothing, first, camera, "")
 
-    def _scene_of(self, stretch: _Stretch, time: float) -> Scene:
+    def _scene_of(self, stretch: Stretch, time: float) -> Scene:
         i, q, foot, camera = stretch.at(time)
         return Scene(
             params=stretch.params,
@@ -219,7 +197,8 @@ class Renderer:
             sector=self._sector,
             stride=int(stretch.stride[i]),
             time=time,
-            motor_on=bool(stretch.motor_on[i]),
+            motor_on=bool(stretch.motor_on[i]) if self._motor else None,
+            name=self.name,
             verdict=stretch.verdict if time >= stretch.t[-1] else "",
         )
 
@@ -233,8 +212,8 @@ class Renderer:
         for edge, height in zip(edges[ahead], trajectory.ground[1:][ahead] + up, strict=True):
             self._floor.extend(float(edge), float(height))
 
-    def _widen_sole(self, trajectory: Trajectory) -> None:
-        """Give the foot a sole wherever it touched the floor in a stride that was walked."""
+    def widen_sole(self, trajectory: Trajectory) -> None:
+        """Give the foot a sole wherever it touches the floor in a stride that is walked."""
         walked = trajectory.outcome == Outcome.WALKED
         angles = trajectory.q[(trajectory.stride < trajectory.stride[-1]) | walked, 0]
         if len(angles):
@@ -245,11 +224,7 @@ class Renderer:
             )
 
     def _film(self, t: Array, q: Array, foot: Array, stride: npt.NDArray[np.int64]) -> Array:
-        """Where the camera is at each sample, (n, 2) m: it follows the hip and the floor.
-
-        Forward it is a critically damped observer of the hip, which settles on the
-        walker's mean speed and so keeps up without lagging; up it lags.
-        """
+        """Where the camera is at each sample, (n, 2) m: it follows the hip and the floor."""
         hips, floor = hip_forward(q, foot, self.params), foot[:, 1] - self.params.foot_radius
         camera = self._camera or Camera(float(hips[0]), float(floor[0]), 0.0)
         if self._strides == 0:  # begin at the mean speed of the first stride

@@ -1,7 +1,7 @@
 """What one picture shows, as data: the walker's pose, the floor, the labels.
 
 Points are complex numbers, up + i·forward, in metres along the floor's axes (as in
-`physics/swing.py`), so a limb of length a at angle θ ends at a·e^{iθ} from its start.
+`mechanics/chain.py`), so a limb of length a at angle θ ends at a·e^{iθ} from its start.
 """
 
 from __future__ import annotations
@@ -10,9 +10,15 @@ import bisect
 import cmath
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from powered_walker_env.model.walker import WalkerParams
+
+Array = npt.NDArray[np.float64]
 
 
 class Pose(NamedTuple):
@@ -78,5 +84,49 @@ class Scene(NamedTuple):
     sector: tuple[float, float]  # foot angles φ between which the foot has a sole, rad
     stride: int  # strides begun before this one
     time: float  # s
-    motor_on: bool
+    motor_on: bool | None  # None: the walker has no ankle motor
+    name: str = ""  # of the walk, where there are several
     verdict: str = ""  # how the walk ended, if it has
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A trajectory set in the renderer's world: shifted to begin where the last one ended."""
+
+    params: WalkerParams
+    t: Array  # (n,) s
+    q: Array  # (n, 3) rad
+    foot: Array  # (n, 2) m, forward and up
+    motor_on: npt.NDArray[np.bool_]  # (n,)
+    stride: npt.NDArray[np.int64]  # (n,)
+    camera: Array  # (n, 2) m, forward and up
+    verdict: str  # how the walk ended, "" if it goes on
+
+    def at(self, time: float) -> tuple[int, Array, Array, Array]:
+        """The sample at or before `time`, and q, foot and camera interpolated to it.
+
+        Both sides of an event are samples, so no interpolation crosses one; at the
+        event itself the later side counts.
+        """
+        i = int(np.searchsorted(self.t, time, side="right")) - 1
+        i = min(max(i, 0), len(self.t) - 1)
+        j = min(i + 1, len(self.t) - 1)
+        span = self.t[j] - self.t[i]
+        share = min(max((time - self.t[i]) / span, 0.0), 1.0) if span > 0 else 0.0
+        q, foot, camera = (a[i] + share * (a[j] - a[i]) for a in (self.q, self.foot, self.camera))
+        return i, q, foot, camera
+
+    def picture_times(self, rate: float, fresh: bool) -> list[float]:
+        """The multiples of 1/rate after the begin and up to the end, s.
+
+        A fresh walk shows its first instant, too, and a fall its last.
+        """
+        begin, end = float(self.t[0]), float(self.t[-1])
+        tiny = 1e-9  # of a picture: a time on the edge belongs to the trajectory that ends there
+        first = math.floor(begin * rate + tiny) + 1
+        times = [k / rate for k in range(first, math.floor(end * rate + tiny) + 1)]
+        if fresh:
+            times = [begin, *times]
+        if self.verdict and times[-1:] != [end]:
+            times.append(end)
+        return times

@@ -1,49 +1,87 @@
 """The stride map and what is asked of it (Camp 1997, section 7), by question:
 
-- what is the map, and its derivative? `maps`;
-- which gaits are there? `gaits` (near a guess), `search` (everywhere, or of a given speed);
-- how do they change with a parameter? `continuation` (with `families`, `arclength`,
-  `branch`, `special_points`), `cascades` to chaos, `boundary` for two parameters, `ramps`
-  by brute force;
-- how stable, beyond the multipliers? `lyapunov`, `transitions`, `robustness`;
-- from where are they reached? `basins` (with `slices`, `trapping`), and from where could
-  any controller reach them? `viability` (with `regulator`);
-- what does walking cost, and what must it? `energetics`, `transition`;
-- is the contact what the model takes it for? `contact` (with `ground_force`);
-- long studies in pieces: `pieces`, `checkpoint`.
+- what is the map, and its derivative? `maps`; which tolerances hold everywhere?
+  `tolerances`;
+- which gaits are there? `gaits` (near a guess, by `fixed_points`), `search` (everywhere),
+  `wanted` (of a given speed or step length);
+- how do they change with a parameter? `families`, and the room `branches`: continuation,
+  special points, cascades to chaos, boundaries in two parameters, ramps by brute force;
+- how stable, beyond the multipliers? the room `stability`;
+- from where are they reached, and from where could any controller reach them? the room
+  `regions`, with the `regulator`;
+- what does walking cost, what must it, and is the contact possible? the room `energy`;
+- long studies in pieces: the room `work`.
+
+A walker is asked under a constant control, none (passive), or a policy: a closed loop is a
+map like any other.
 """
 
-from powered_walker_env.poincare.branches.arclength import CurveEnd, EndReason
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
-from powered_walker_env.poincare.branches.branch import Branch
-from powered_walker_env.poincare.branches.cascades import Cascade, doubling_cascade
-from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
-from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
-from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
-from powered_walker_env.poincare.energy.contact import ContactReport, contact_of, contact_report
-from powered_walker_env.poincare.energy.energetics import (
+from powered_walker_env.model.powering import FunctionPolicy, Policy
+from powered_walker_env.poincare.branches import (
+    BifurcationDiagram,
+    Boundary,
+    Branch,
+    Cascade,
+    CurveEnd,
+    EndReason,
+    Ramp,
+    SpecialKind,
+    SpecialPoint,
+    bifurcation_diagram,
+    continue_boundary,
+    continue_gait,
+    doubling_cascade,
+    stability_boundaries,
+    stable_gait,
+    switch_branch,
+)
+from powered_walker_env.poincare.energy import (
+    ContactReport,
     Costs,
+    GroundForce,
     at_equal_gait,
     comparison,
+    contact_of,
+    contact_report,
     costs,
     family_costs,
+    ground_force,
+    ideal_push,
+    least_cost,
 )
-from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import MapPoint, Policy, StrideMap
-from powered_walker_env.poincare.regions.basins import Basin, BasinVolume, basin, basin_volume
-from powered_walker_env.poincare.regions.slices import Slice
-from powered_walker_env.poincare.regions.viability import Viability, viable_states
+from powered_walker_env.poincare.maps import MapPoint, StrideMap
+from powered_walker_env.poincare.regions import (
+    SLICES,
+    Basin,
+    BasinVolume,
+    Slice,
+    Viability,
+    basin,
+    basin_volume,
+    schwab_wisse_slice,
+    slice_through,
+    viable_states,
+)
 from powered_walker_env.poincare.regulator import Regulator, regulate
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
-from powered_walker_env.poincare.stability.lyapunov import LyapunovExponent, lyapunov_exponent
-from powered_walker_env.poincare.stability.robustness import GaitSensitivity, gait_sensitivity
-from powered_walker_env.poincare.stability.transitions import TransitionTimes, transition_times
-from powered_walker_env.poincare.work.pieces import LostWorkersError, run_pieces
+from powered_walker_env.poincare.search import find_gaits
+from powered_walker_env.poincare.stability import (
+    GaitSensitivity,
+    LyapunovExponent,
+    TransitionTimes,
+    Trap,
+    gait_sensitivity,
+    lyapunov_exponent,
+    transition_times,
+    trap_around,
+)
+from powered_walker_env.poincare.wanted import find_gait_with
+from powered_walker_env.poincare.work import LostWorkersError, run_chains, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
 
 __all__ = [
     "PARAMETERS",
+    "SLICES",
     "Basin",
     "BasinVolume",
     "BifurcationDiagram",
@@ -54,19 +92,23 @@ __all__ = [
     "Costs",
     "CurveEnd",
     "EndReason",
+    "FunctionPolicy",
     "Gait",
     "GaitNotFoundError",
     "GaitSensitivity",
+    "GroundForce",
     "LostWorkersError",
     "LyapunovExponent",
     "MapPoint",
     "Policy",
+    "Ramp",
     "Regulator",
     "Slice",
     "SpecialKind",
     "SpecialPoint",
     "StrideMap",
     "TransitionTimes",
+    "Trap",
     "Viability",
     "at_equal_gait",
     "basin",
@@ -84,12 +126,19 @@ __all__ = [
     "find_gait_with",
     "find_gaits",
     "gait_sensitivity",
+    "ground_force",
     "ideal_push",
     "least_cost",
     "lyapunov_exponent",
     "regulate",
+    "run_chains",
     "run_pieces",
+    "schwab_wisse_slice",
+    "slice_through",
+    "stability_boundaries",
+    "stable_gait",
     "switch_branch",
     "transition_times",
+    "trap_around",
     "viable_states",
 ]

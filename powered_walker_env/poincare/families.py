@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,21 +16,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.checks import plain, real_number, require
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, scheme_of
+from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl, Policy, scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
-from powered_walker_env.poincare.maps import (
-    MapPoint,
-    Policy,
-    StrideMap,
-    natural_units,
-)
-from powered_walker_env.simulation.derivatives import PARAMETERS
+from powered_walker_env.poincare.maps import MapPoint, StrideMap
+from powered_walker_env.simulation.derivatives import STATE_SIZE, WALKER_NUMBERS
 from powered_walker_env.simulation.strides import Array
 
-STATE_SIZE = 4
-SHORTEST_STRIDE = 1e-3  # leg lengths; less is standing, where the equations are all rounding
 Bounds = tuple[float, float]  # (low, high) of a parameter
 
 
@@ -146,15 +140,16 @@ def check_parameter(name: str, control: AnyControl | Policy | None) -> None:
     Raises:
         ValueError: with the names there are.
     """
-    if name not in PARAMETERS:
-        raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-    if name in CONTROL_NUMBERS and name not in numbers_of(control):
-        walker = "a walker under a policy" if callable(control) else "this walker"
-        others = (*numbers_of(control), *(n for n in PARAMETERS if n not in CONTROL_NUMBERS))
-        raise ValueError(
-            f"parameter must not be {name!r} for {walker}, whose control has no such constant; "
-            f"choose one of {', '.join(others)}"
-        )
+    known = (*numbers_of(control), *WALKER_NUMBERS)
+    if name in known:
+        return
+    if name not in CONTROL_NUMBERS:
+        raise ValueError(f"parameter must be one of {', '.join(known)}, got {name!r}")
+    walker = "a walker under a policy" if callable(control) else "this walker"
+    raise ValueError(
+        f"parameter must not be {name!r} for {walker}, whose control has no such constant; "
+        f"choose one of {', '.join(known)}"
+    )
 
 
 def numbers_of(control: AnyControl | Policy | None) -> tuple[str, ...]:
@@ -166,13 +161,22 @@ def replaced(
     control: AnyControl | Policy | None, name: str, value: float
 ) -> AnyControl | Policy | None:
     """A constant control with one number changed."""
-    changed: AnyControl = dataclasses.replace(control, **{name: value})  # type: ignore[type-var, assignment]
-    return changed
+    assert control is not None and not callable(control)
+    return dataclasses.replace(control, **{name: value})
 
 
 def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: str) -> float:
     """The value of a parameter in a walker and its control."""
     return float(getattr(control if name in CONTROL_NUMBERS else params, name))
+
+
+def _pair(bounds: Bounds) -> Bounds:
+    """A pair of numbers, the second above the first."""
+    if isinstance(bounds, str) or not isinstance(bounds, Sequence | np.ndarray) or len(bounds) != 2:
+        raise TypeError(f"bounds must be a pair (low, high), got {bounds!r}")
+    low, high = (real_number("bounds", plain(value)) for value in bounds)
+    require(low < high, "bounds", "be finite and rising", (low, high))
+    return low, high
 
 
 def family_within(
@@ -182,10 +186,13 @@ def family_within(
 
     Raises:
         ValueError: bounds that do not hold the gait, or leave a parameter's domain.
+        TypeError: something else than a gait and pairs of numbers.
     """
-    for low, high in bounds:
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise ValueError(f"bounds must be finite and rising, got {(low, high)!r}")
+    if not isinstance(gait, Gait):
+        raise TypeError(f"gait must be a Gait, got {gait!r}; find_gait finds one")
+    if len(bounds) != len(names):
+        raise ValueError(f"bounds must be (low, high) for each of {names!r}, got {bounds!r}")
+    bounds = [_pair(each) for each in bounds]
     scales = np.array([high - low for low, high in bounds], dtype=np.float64)
     family = Family(gait.params, gait.control, tuple(names), scales, period or gait.period)
     for name, value, (low, high) in zip(names, family.current().tolist(), bounds, strict=True):

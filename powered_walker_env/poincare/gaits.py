@@ -1,4 +1,4 @@
-"""Gaits: fixed points of the stride map by damped Newton (Camp 1997, section 7)."""
+"""Gaits: the limit cycles near a guess, and what they are like (Camp 1997, section 7)."""
 
 from __future__ import annotations
 
@@ -9,21 +9,28 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import MOTOR, PASSIVE, AnyControl, Scheme, scheme_of
+from powered_walker_env.model.checks import whole_number
+from powered_walker_env.model.powering import (
+    MOTOR,
+    PASSIVE,
+    AnyControl,
+    Policy,
+    Scheme,
+    scheme_of,
+)
 from powered_walker_env.model.presets import PRESETS
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units, switch_section
-from powered_walker_env.simulation import record
+from powered_walker_env.poincare.fixed_points import newton, refusal, relative_residuals, short
+from powered_walker_env.poincare.maps import StrideMap, switch_section
+from powered_walker_env.poincare.tolerances import LONGEST_PERIOD, SETTLING
 from powered_walker_env.simulation.strides import Array
 
 SECTIONS = ("switch", "post-strike")
-CONVERGED = 1e-11  # residual of a fixed point, in natural units
-NEWTON_STEPS = 40
-HALVINGS = 8  # of a Newton step that does not bring the residual down
-STARTS = 512  # random states tried when no guess is given
-TRIES = 12  # of them, the nearest to periodic ones, from which Newton starts
+RANDOM_STARTS = 512  # states tried when no guess is given
+NEAREST = 12  # of them, the nearest to periodic ones, from which Newton starts
+NUDGE = np.array([0.0, 0.0, 1e-4, 1e-4])  # natural units: a push off a gait of a shorter period
+LONGEST_WALK = 20_000  # strides of the walk from there, however long the period
 
 
 class GaitNotFoundError(ValueError):
@@ -43,12 +50,19 @@ class Gait:
     section_state: tuple[float, float, float] | None  # (q1, u1, u3) at the switch
     multipliers: NDArray[np.complex128]  # Floquet multipliers, largest first
     jacobian: Array = field(repr=False)  # (4, 4) of the post-strike map over the period
-    control_jacobian: Array = field(repr=False)  # (4, 2) by switch angle and strength, as
-    # stall torque (under a policy: by what is added to its controls)
+    control_jacobian: Array = field(repr=False)  # (4, k) by the control's numbers, as switch angle
+    # and stall torque (under a policy: by what is added to them)
     duration: float  # s, of the whole period
     step_length: float  # m, of the whole period
     positive_work: float  # J, of motor, hip or push over the whole period
     electrical_energy: float = 0.0  # J, into the ankle motor, if any, over the whole period
+
+    def __repr__(self) -> str:
+        stable = "stable" if self.stable else "unstable"
+        return (
+            f"Gait({self.control!r}, period {self.period}, {stable} at {self.spectral_radius:.4f}, "
+            f"{self.step_length:.4f} m in {self.duration:.4f} s, from {short(self.state)})"
+        )
 
     @property
     def spectral_radius(self) -> float:
@@ -67,9 +81,14 @@ class Gait:
 
     @property
     def cost_of_transport(self) -> float:
-        """Positive work over the walker's weight times the distance."""
+        """Work put in over the walker's weight times the distance along the floor.
+
+        Counted are the positive work of motor, hip or push, and gravity's on a downhill
+        slope, the slope's sine: all that a passive walker has, and pays for in height.
+        """
         weight = 2.0 * self.params.leg_mass * self.params.gravity
-        return self.positive_work / (weight * self.step_length)
+        gravity = max(math.sin(self.params.slope), 0.0)
+        return self.positive_work / (weight * self.step_length) + gravity
 
 
 def find_gait(
@@ -89,20 +108,22 @@ def find_gait(
             random search supply the starts.
         section: "switch" lists the 3 multipliers of the thesis's section, "post-strike"
             all 4 (the fourth is zero). Left out: the switch, where there is one.
-        period: strides after which the gait closes, at least 1.
+        period: strides after which the gait closes for the first time, 1 to 1024. Where
+            Newton's method leads to a gait of a shorter period, the walker is left to walk
+            away from it, and the search goes on from where it settles.
 
     Raises:
-        GaitNotFoundError: with the reason, when no start led to a gait.
-        ValueError: a bad argument.
+        GaitNotFoundError: with the reason, when no start led to a gait; standing on the spot
+            is none.
+        ValueError, TypeError: a bad argument.
     """
     stride_map = StrideMap(params, control)
     section = _check_section(section, stride_map.scheme)
-    if period < 1:
-        raise ValueError(f"period must be at least 1, got {period!r}")
+    period = whole_number("period", period, 1, LONGEST_PERIOD)
     starts = _starts(stride_map, period) if guess is None else np.array([check_state(guess)])
-    reasons = []
+    reasons: list[str] = []
     for start in starts:
-        state, reason = newton(stride_map, start, period)
+        state, reason = _gait_near(stride_map, start, period, settle=not reasons)
         if state is not None:
             return describe(stride_map, state, section, period)
         reasons.append(reason)
@@ -112,6 +133,29 @@ def find_gait(
         f"{reasons[0] if reasons else 'no start survives a stride'}; "
         "give a guess near one, or change the control"
     )
+
+
+def _gait_near(
+    stride_map: StrideMap, start: Array, period: int, settle: bool
+) -> tuple[Array | None, str]:
+    """A fixed point near `start` of that least period, or None and why not."""
+    state, reason = newton(stride_map, start, period)
+    if state is None:
+        return None, reason
+    reason = refusal(stride_map, state, period)
+    if not reason:
+        return state, ""
+    if period == 1 or not settle:
+        return None, reason
+    walked = start + NUDGE * natural_units(stride_map.params)
+    for _ in range(min(SETTLING, LONGEST_WALK // period)):
+        walked = stride_map(walked[np.newaxis], period)[0]
+        if not np.isfinite(walked).all():
+            return None, f"{reason}; walking on from there it falls"
+    settled, _ = newton(stride_map, walked, period)
+    if settled is None or refusal(stride_map, settled, period):
+        return None, f"{reason}; walking on from there it does not settle on one of {period}"
+    return settled, ""
 
 
 def _check_section(section: str | None, powered: Scheme) -> str:
@@ -134,14 +178,14 @@ def _starts(stride_map: StrideMap, period: int) -> Array:
     """Likely starts: the random and preset states that the map brings back nearest."""
     units = natural_units(stride_map.params)
     rng = np.random.default_rng(0)
-    stance = -rng.uniform(0.05, 0.45, STARTS)
-    swing = -stance + rng.normal(0.0, 0.1, STARTS)
-    rates = rng.uniform([0.05, -0.2], [0.6, 0.5], (STARTS, 2))
+    stance = -rng.uniform(0.05, 0.45, RANDOM_STARTS)
+    swing = -stance + rng.normal(0.0, 0.1, RANDOM_STARTS)
+    rates = rng.uniform([0.05, -0.2], [0.6, 0.5], (RANDOM_STARTS, 2))
     scattered = np.column_stack([stance, swing, rates]) * units
     states = np.concatenate([_of_presets(stride_map), scattered])
-    residuals = residuals_of(stride_map, states, period)
+    residuals = relative_residuals(stride_map, states, period)
     order = np.argsort(residuals, kind="stable")
-    return states[order[: min(TRIES, int(np.isfinite(residuals).sum()))]]
+    return states[order[: min(NEAREST, int(np.isfinite(residuals).sum()))]]
 
 
 def _of_presets(stride_map: StrideMap) -> Array:
@@ -157,36 +201,6 @@ def _of_presets(stride_map: StrideMap) -> Array:
     return states
 
 
-def residuals_of(stride_map: StrideMap, states: Array, period: int) -> Array:
-    """Distance of each state (N, 4) from its image, in natural units; inf after a fall."""
-    moved = (stride_map(states, period) - states) / natural_units(stride_map.params)
-    distance = np.linalg.norm(moved, axis=1)
-    return np.where(np.isfinite(distance), distance, np.inf)
-
-
-def newton(
-    stride_map: StrideMap, state: Array, period: int, converged: float = CONVERGED
-) -> tuple[Array | None, str]:
-    """A fixed point near `state` by damped Newton, or None and why not."""
-    point, residual = stride_map.differentiate(state, period), np.inf
-    if point.outcome == Outcome.WALKED:
-        residual = float(np.linalg.norm((point.state - state) / natural_units(stride_map.params)))
-    for _ in range(NEWTON_STEPS):
-        if not np.isfinite(point.by_state).all():
-            return None, f"from {state.round(4).tolist()} the walker {point.outcome.label}"
-        change = np.linalg.lstsq(np.eye(4) - point.by_state, point.state - state)[0]
-        trials = state + change * 0.5 ** np.arange(HALVINGS)[:, np.newaxis]
-        residuals = residuals_of(stride_map, trials, period)
-        better = np.flatnonzero(residuals < residual)
-        if not len(better):
-            break
-        state, residual = trials[better[0]], float(residuals[better[0]])
-        point = stride_map.differentiate(state, period)
-    if residual <= converged:
-        return state, ""
-    return None, f"Newton stopped at a residual of {residual:.2g} near {state.round(4).tolist()}"
-
-
 def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> Gait:
     """The gait at a fixed point, with its multipliers and its strides' quantities."""
     point = stride_map.differentiate(state, period)
@@ -195,7 +209,7 @@ def describe(stride_map: StrideMap, state: Array, section: str, period: int) -> 
     states, work, electrical = [state], [], []
     for _ in range(period):
         batch = stride_map.strides(states[-1][np.newaxis])
-        work.append(float(batch.results[0, record.POSITIVE_WORK]))
+        work.append(float(batch.positive_work[0]))
         electrical.append(float(batch.electrical_energy[0]))
         states.append(batch.state[0])
     first = PostStrikeState(*state.tolist())

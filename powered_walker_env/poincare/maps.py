@@ -11,78 +11,75 @@ closed loop is a map like any other.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Cycle, Outcome
 from powered_walker_env.model.powering import (
-    MOTOR,
     AnyControl,
+    Policy,
     Scheme,
+    as_policy,
     check_walkable,
-    scheme,
+    numbers_for,
     scheme_of,
 )
-from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.state import PostStrikeState, natural_units
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.tolerances import GAIT_RTOL
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.derivatives import directions, run_derivatives
+from powered_walker_env.simulation.arguments import check_rtol
+from powered_walker_env.simulation.derivatives import (
+    STATE_SIZE,
+    closed_loop,
+    directions,
+    names_of,
+    policy_derivative,
+    run_derivatives,
+)
 from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
 from powered_walker_env.simulation.trajectory import log_stride
-
-SECTION_RTOL = 1e-13  # of the strides behind a gait
-POLICY_DIFFERENCE = 1e-4  # step of the differences of a policy without derivatives, natural units
-_STATE, _CONTROL = slice(0, 4), slice(4, 6)
-
-
-class Policy(Protocol):
-    """A control law: post-strike states (N, 4) to switch angles and stall torques (N, 2).
-
-    A policy of another way to power the walker has an attribute `scheme`, the name of one of
-    `SCHEMES`, and gives the k numbers of its control, (N, k).
-
-    A policy that knows its derivative, or calculates in less than double precision, has
-    a method `derivative(states)`, (N, 4) to (N, k, 4): it is used in place of differences.
-    """
-
-    def __call__(self, states: Array, /) -> Array:
-        """The controls of the strides that begin at these states."""
 
 
 class MapPoint(NamedTuple):
     """Where the map takes a state, with derivatives; NaN after a fall.
 
-    The directions are the state (4), the constant control (2) and the parameters asked
-    for; under a policy the two control directions move what the policy puts out.
+    The last axis of each derivative counts what it is by, named in `names`: the state (4),
+    the k numbers of the scheme's control, then the parameters asked for. Under a policy the
+    derivatives by the control are by what is added to the policy's numbers.
     """
 
     state: Array  # (4,) after the strides
     duration: float  # s, of all of them
     step_length: float  # m
-    by: Array  # (4, 6 + k) derivatives of the state
-    duration_by: Array  # (6 + k,)
-    step_length_by: Array  # (6 + k,)
+    by: Array  # (4, n) derivatives of the state
+    duration_by: Array  # (n,)
+    step_length_by: Array  # (n,)
     outcome: Outcome  # of the last stride walked
+    names: tuple[str, ...] = ()  # (n,)
+    controls: int = 0  # k
+
+    def __repr__(self) -> str:
+        return f"MapPoint({self.state.tolist()}, by {', '.join(self.names)}; {self.outcome.label})"
 
     @property
     def by_state(self) -> Array:
         """(4, 4) the Jacobian of the map."""
-        return self.by[:, _STATE]
+        return self.by[:, :STATE_SIZE]
 
     @property
     def by_control(self) -> Array:
-        """(4, 2) by switch angle, rad, and strength (of the motor: stall torque), SI units."""
-        return self.by[:, _CONTROL]
+        """(4, k) by the control's numbers; of the motor: switch angle, rad, stall torque, N m."""
+        return self.by[:, STATE_SIZE : STATE_SIZE + self.controls]
 
     @property
     def by_parameters(self) -> Array:
-        """(4, k) by the parameters asked for."""
-        return self.by[:, 6:]
+        """(4, p) by the parameters asked for."""
+        return self.by[:, STATE_SIZE + self.controls :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,21 +87,22 @@ class StrideMap:
     """A walker under a constant control, none, or a policy, as a map of post-strike states.
 
     Raises:
-        ValueError, TypeError: a walker that the control cannot power.
+        ValueError, TypeError: a walker that the control cannot power, a tolerance out of bounds.
     """
 
     params: WalkerParams
     control: AnyControl | Policy | None
-    rtol: float = SECTION_RTOL
+    rtol: float = GAIT_RTOL
 
     def __post_init__(self) -> None:
-        constant = self.scheme.control_of((1.0, 0.0)) if callable(self.control) else self.control
-        check_walkable(self.params, constant)
+        object.__setattr__(self, "control", as_policy(self.control))
+        object.__setattr__(self, "rtol", check_rtol(self.rtol))
+        check_walkable(self.params, self.control)
 
     @property
     def scheme(self) -> Scheme:
         """What powers the walker."""
-        return control_scheme(self.control)
+        return scheme_of(self.control)
 
     @property
     def cycle(self) -> Cycle:
@@ -113,15 +111,7 @@ class StrideMap:
 
     def controls(self, states: Array) -> Array:
         """(N, 2) the kernel's rows of the controls of the strides from these states (N, 4)."""
-        if callable(self.control):
-            chosen = np.asarray(self.control(states), dtype=np.float64)
-            wanted = (len(states), len(self.scheme.columns))
-            if chosen.shape != wanted:
-                raise ValueError(
-                    f"a policy must return controls of shape {wanted}, got {chosen.shape}"
-                )
-            return self.scheme.rows(chosen)
-        return np.tile(self.scheme.row(self.control), (len(states), 1))
+        return self.scheme.rows(numbers_for(self.control, states))
 
     def strides(self, states: Array) -> StrideBatch:
         """One stride from each of the states (N, 4)."""
@@ -144,86 +134,49 @@ class StrideMap:
         derivative, or fourth-order differences of the policy alone.
 
         Args:
-            by: names out of `PARAMETERS`, the parameters to differentiate by.
+            by: parameters to differentiate by: fields of the walker, numbers of the control.
 
         Raises:
             ValueError: an unknown parameter.
         """
-        changes = directions(by)
+        changes = directions(self.scheme, by)
         x = np.array(state, dtype=np.float64)
-        moved = np.eye(4, len(changes))
+        moved = np.eye(STATE_SIZE, len(changes))
         duration, length = 0.0, 0.0
         totals = np.zeros((2, len(changes)))
         outcome = Outcome.WALKED
         for _ in range(period):
             row, derivative, outcome = self._stride_derivative(x, changes)
-            x, full = row[record.STATE], derivative @ self._chain(x, moved)
+            x = row[record.STATE]
             duration += float(row[record.DURATION])
             length += float(row[record.STEP_LENGTH])
-            moved = full[:4]
-            totals += full[4:]
+            full = derivative[:, :STATE_SIZE] @ moved
+            full[:, STATE_SIZE:] += derivative[:, STATE_SIZE:]
+            moved = full[:STATE_SIZE]
+            totals += full[STATE_SIZE:]
             if outcome != Outcome.WALKED:
                 break
-        return MapPoint(x, duration, length, moved, totals[0], totals[1], outcome)
-
-    def _chain(self, x: Array, moved: Array) -> Array:
-        """How this stride's directions move when those of the first one do."""
-        chained = np.eye(moved.shape[1])
-        chained[_STATE] = moved
-        if callable(self.control):
-            chained[_CONTROL] += policy_derivative(self, x) @ moved
-        return chained
+        names = names_of(self.scheme, by)
+        count = len(self.scheme.numbers)
+        return MapPoint(x, duration, length, moved, totals[0], totals[1], outcome, names, count)
 
     def _stride_derivative(self, x: Array, changes: Array) -> tuple[Array, Array, Outcome]:
+        """One stride's results, and (6, n) its derivatives, of the loop if it is closed."""
         start, walker = np.ascontiguousarray(x)[np.newaxis], pack(self.params)[np.newaxis]
-        strides, derivatives = run_derivatives(
+        strides, found = run_derivatives(
             self.cycle, start, self.controls(start), walker, self.rtol, changes
         )
-        return strides.results[0], derivatives[0], Outcome(int(strides.outcome[0]))
-
-
-def control_scheme(control: AnyControl | Policy | None) -> Scheme:
-    """The scheme of a constant control, of none, or of a policy (by its `scheme`; the motor).
-
-    Raises:
-        TypeError: something that is no control.
-        ValueError: a policy whose scheme does not exist, or has nothing to decide.
-    """
-    if not callable(control):
-        return scheme_of(control)
-    found = scheme(getattr(control, "scheme", MOTOR.name))
-    if found.control is None:
-        raise ValueError(f"a policy's scheme must have a control, got {found.name!r}")
-    return found
-
-
-def policy_derivative(stride_map: StrideMap, state: Array) -> Array:
-    """(2, 4) derivative of a policy's control by the state: its own, or by differences."""
-    own = getattr(stride_map.control, "derivative", None)
-    if own is not None:
-        known: Array = np.zeros((2, 4))
-        known[list(stride_map.scheme.columns)] = np.asarray(own(state[np.newaxis]), np.float64)[0]
-        return known
-    steps = POLICY_DIFFERENCE * natural_units(stride_map.params)
-    offsets = np.array([-2.0, -1.0, 1.0, 2.0])
-    weights = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-    points = state + (offsets[:, np.newaxis, np.newaxis] * np.diag(steps)).reshape(-1, 4)
-    controls = stride_map.controls(points).reshape(4, 4, 2)
-    derivative: Array = (np.tensordot(weights, controls, axes=1) / steps[:, np.newaxis]).T
-    return derivative
-
-
-def natural_units(params: WalkerParams) -> Array:
-    """Units of a post-strike state, (4,): radians, and radians per √(L/g)."""
-    rate = math.sqrt(params.gravity / params.leg_length)
-    return np.array([1.0, 1.0, rate, rate])
+        if callable(self.control):
+            gains = policy_derivative(self.control, start, natural_units(self.params))
+            found = closed_loop(found, gains)
+        return strides.results[0], found[0], Outcome(int(strides.outcome[0]))
 
 
 def switch_section(
     state: PostStrikeState, control: AnyControl, params: WalkerParams
 ) -> tuple[float, float, float] | None:
     """(q1, u1, u3) where the motor starts in the stride from `state`; None if it does not."""
-    logged = log_stride(state, control, params, 0.0, SECTION_RTOL, 0.0)
+    logged = log_stride(state, control, params, 0.0, GAIT_RTOL, 0.0)
     powered = np.flatnonzero(logged.log[:, 7] > 0)
     if not len(powered):
         return None

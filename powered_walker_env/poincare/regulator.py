@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 
-from powered_walker_env.model.powering import MOTOR, scheme_of
+from powered_walker_env.model.powering import ANGLE, MOTOR, scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.simulation.strides import Array
+
+Weights = float | Sequence[float] | Sequence[Sequence[float]] | Array
+INSIDE = 1e-6  # rad, that an angle stays inside (0, 2π)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +28,9 @@ class Regulator:
     high: Array
     cost: Array = field(repr=False)  # (4, 4) of the deviations to come, from (x − x₀), quadratic
     scheme: str = MOTOR.name  # what the numbers control
+
+    def __repr__(self) -> str:
+        return f"Regulator({self.scheme} around {self.nominal.tolist()})"
 
     def __call__(self, states: Array) -> Array:
         """(N, k) controls."""
@@ -45,18 +51,26 @@ class Regulator:
         return costs
 
 
-def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) -> Regulator:
-    """The regulator of least Σ |x'|² + r |a|², x' in natural units and a in half ranges.
+def regulate(
+    gait: Gait,
+    half_range: Sequence[float],
+    action_cost: Weights = 0.1,
+    state_cost: Weights = (1.0, 1.0, 1.0, 1.0),
+) -> Regulator:
+    """The regulator of least Σ x'ᵀ Q x' + aᵀ R a, x' in natural units and a in half ranges.
 
     Args:
         gait: of one stride under a constant control, stable or not.
         half_range: (k,) how far the numbers of the control (of the motor: switch angle,
             rad, and stall torque, N m) may go from the gait's own; a torque or impulse is
             kept above 0 and an angle inside (0, 2π).
-        action_cost: r.
+        action_cost: R: a number, k weights or a (k, k) matrix, positive definite.
+        state_cost: Q: a number, 4 weights (of stance and swing angle, stance and swing
+            rate) or a (4, 4) matrix, not negative.
 
     Raises:
-        ValueError: a gait of several strides or without a constant control; no regulator.
+        ValueError: a gait of several strides or without a constant control; costs that will
+            not do; no regulator.
     """
     if gait.period != 1 or gait.control is None or callable(gait.control):
         raise ValueError(
@@ -64,30 +78,53 @@ def regulate(gait: Gait, half_range: Sequence[float], action_cost: float = 0.1) 
             f"period {gait.period} and control {gait.control!r}"
         )
     scheme = scheme_of(gait.control)
-    columns = list(scheme.columns)
     reach = np.array(half_range, np.float64)
-    if reach.shape != (len(columns),) or not (reach > 0).all():
+    if reach.shape != (len(scheme.numbers),) or not (reach > 0).all():
         raise ValueError(
-            f"half_range must be {len(columns)} positive numbers, one for each of "
+            f"half_range must be {len(scheme.numbers)} positive numbers, one for each of "
             f"{', '.join(scheme.numbers)}, got {half_range!r}"
         )
-    units, nominal = natural_units(gait.params), np.array(scheme.row(gait.control))[columns]
+    Q = _weights("state_cost", state_cost, 4, definite=False)
+    R = _weights("action_cost", action_cost, len(reach), definite=True)
+    units = natural_units(gait.params)
+    nominal = np.array([getattr(gait.control, name) for name in scheme.numbers])
     A = gait.jacobian * units / units[:, np.newaxis]
-    B = gait.control_jacobian[:, columns] * reach / units[:, np.newaxis]
-    R = action_cost * np.eye(len(columns))
+    B = gait.control_jacobian * reach / units[:, np.newaxis]
     try:
-        P = scipy.linalg.solve_discrete_are(A, B, np.eye(4), R)
+        P = scipy.linalg.solve_discrete_are(A, B, Q, R)
     except np.linalg.LinAlgError as error:
         raise ValueError(f"gait has no regulator within half_range: {error}") from error
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
+    angles = np.array(scheme.columns) == ANGLE
     least = 0.0 if scheme.positive else -np.inf
-    low, high = np.array([1e-6, least])[columns], np.array([2 * np.pi - 1e-6, np.inf])[columns]
     return Regulator(
         state=np.array(gait.state),
         nominal=nominal,
         gain=reach[:, np.newaxis] * K / units,
-        low=np.maximum(nominal - reach, low),
-        high=np.minimum(nominal + reach, high),
+        low=np.maximum(nominal - reach, np.where(angles, INSIDE, least)),
+        high=np.minimum(nominal + reach, np.where(angles, 2 * np.pi - INSIDE, np.inf)),
         cost=P / np.outer(units, units),
         scheme=scheme.name,
     )
+
+
+def _weights(name: str, value: Weights, size: int, *, definite: bool) -> Array:
+    """A cost as a symmetric (size, size) matrix.
+
+    Raises:
+        ValueError: another shape, or a cost that rewards.
+    """
+    given = np.asarray(value, np.float64)
+    if given.ndim < 2 and given.size in (1, size):
+        given = np.diag(np.broadcast_to(given, (size,)))
+    if given.shape != (size, size) or not np.isfinite(given).all() or (given != given.T).any():
+        raise ValueError(
+            f"{name} must be a number, {size} weights or a symmetric {size}x{size} matrix, "
+            f"got {value!r}"
+        )
+    lowest = float(np.linalg.eigvalsh(given)[0])
+    if lowest < 0 or (definite and lowest == 0):
+        raise ValueError(
+            f"{name} must {'be positive' if definite else 'not be negative'}, got {value!r}"
+        )
+    return given

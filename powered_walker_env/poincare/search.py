@@ -1,58 +1,37 @@
-"""Searches: all gaits of a walker, and a gait with a step length or speed asked for.
+"""The search for all gaits of a walker.
 
 `find_gaits` covers the state space with an additive recurrence of low discrepancy (Roberts'
 R₄), measures how far the map moves each state, and sends Newton off from the most promising
 ones that lie apart.
-`find_gait_with` solves for the state and one control or parameter at once, with exact
-derivatives of the step length and the duration; where Newton alone does not reach, the
-wanted value is approached in steps.
 """
 
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Sequence
-from typing import NamedTuple, Unpack
+from typing import Unpack
 
 import numpy as np
 
-from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.checks import whole_number
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.families import (
-    SHORTEST_STRIDE,
-    Equations,
-    Family,
-    OffCurveError,
-    check_parameter,
-)
-from powered_walker_env.poincare.gaits import (
-    Gait,
-    GaitNotFoundError,
-    describe,
-    find_gait,
-    natural_section,
-    newton,
-)
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.fixed_points import newton, refusal, relative_residuals
+from powered_walker_env.poincare.gaits import Gait, describe, natural_section
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import LONGEST_PERIOD, SAME_STATE, SEARCH_RTOL
 from powered_walker_env.poincare.work.pieces import RunOptions, run_pieces
 from powered_walker_env.simulation.strides import Array
 
-SEARCH_RTOL = 1e-9  # of the strides of the search; what it finds is refined afterwards
 # Where post-strike states are looked for, in natural units: stance angle, swing angle beyond
 # its mirror image, both rates. Every gait known lies well inside.
 LOWEST = np.array([-0.8, -0.3, 0.0, -0.6])
 HIGHEST = np.array([0.1, 0.4, 1.0, 1.0])
 SPREAD = 1.1673039782614187 ** -np.arange(1.0, 5.0)  # steps of R₄: powers of the root of x⁵ = x + 1
-TRIES = 64  # Newton searches per 1024 starts
-FEW_STARTS = 512  # of the search behind `find_gait_with` without a guess
-APART = 0.06  # natural units, between the starts of two Newton searches
-SAME = 1e-6  # natural units, between states of the same cycle
-SOLVED = 1e-11  # Newton step of `find_gait_with` that ends it
-NEWTON_STEPS = 20
-STRAYED = 0.3  # more correction than this share of the first step: perhaps another branch
-SMALLEST_SHARE = 1e-5  # of the way to the wanted value, before giving up
+SEARCHES = 64  # Newton's, per 1024 starts
+FEW_STARTS = 512  # of the short search behind other questions asked without a guess
+BETWEEN = 0.06  # natural units, at least, from the start of one Newton search to another's
+ROUGHLY = 1e-4  # natural units, within which a search has come to a cycle that is known
 
 
 def find_gaits(
@@ -69,7 +48,7 @@ def find_gaits(
     Args:
         params: the walker.
         control: a constant control, None for a passive walker, or a policy.
-        period: strides after which the gaits close; gaits of a divisor are left out.
+        period: strides after which the gaits close for the first time, 1 to 1024.
         starts: states tried; more find rarer gaits.
         seed: of the starts. The same seed gives the same gaits.
         **run: how the starts are shared out, see `run_pieces`; threads if left out.
@@ -79,8 +58,8 @@ def find_gaits(
         there are none. A cycle of several strides begins at its state with the stance leg
         furthest back.
     """
-    if period < 1 or starts < 1:
-        raise ValueError(f"period and starts must be at least 1, got {period!r} and {starts!r}")
+    period = whole_number("period", period, 1, LONGEST_PERIOD)
+    starts = whole_number("starts", starts, 1)
     exact = StrideMap(params, control)
     section = natural_section(exact.scheme)
     rough = StrideMap(params, control, rtol=SEARCH_RTOL)
@@ -88,13 +67,13 @@ def find_gaits(
     work = functools.partial(_near, rough, period)
     cycles: list[Array] = []
     for near in run_pieces(work, list(_promising(rough, period, starts, seed)), **options):
-        if near is None or _known(near, cycles, 1e-4, params):
+        if near is None or _known(near, cycles, ROUGHLY, params):
             continue
         state, _ = newton(exact, near, period)
         if state is None:
             continue
         cycle = _cycle(exact, state, period)
-        if cycle is not None and not _known(cycle[0], cycles, SAME, params):
+        if cycle is not None and not _known(cycle[0], cycles, SAME_STATE, params):
             cycles.append(cycle)
     gaits = [describe(exact, cycle[0], section, period) for cycle in cycles]
     return sorted(gaits, key=lambda gait: (gait.spectral_radius, gait.state))
@@ -112,43 +91,24 @@ def _promising(stride_map: StrideMap, period: int, starts: int, seed: int) -> Ar
     unit = (offset + np.arange(starts)[:, np.newaxis] * SPREAD) % 1.0
     scaled = LOWEST + (HIGHEST - LOWEST) * unit
     scaled[:, 1] -= scaled[:, 0]
-    residuals = _relative_residuals(stride_map, scaled * units, period)
+    residuals = relative_residuals(stride_map, scaled * units, period)
     chosen: list[Array] = []
-    most = max(TRIES, TRIES * starts // 1024)
+    most = max(SEARCHES, SEARCHES * starts // 1024)
     for i in np.argsort(residuals, kind="stable"):
         if len(chosen) == most or not np.isfinite(residuals[i]):
             break
-        if all(np.linalg.norm(scaled[i] - other) > APART for other in chosen):
+        if all(np.linalg.norm(scaled[i] - other) > BETWEEN for other in chosen):
             chosen.append(scaled[i])
     return np.array(chosen).reshape(-1, 4) * units
 
 
-def _relative_residuals(stride_map: StrideMap, states: Array, period: int) -> Array:
-    """Distance of each state from its image over the length walked; inf after a fall.
-
-    Over the length, or standing still on both legs would look like the best of gaits.
-    """
-    image, length = states, np.zeros(len(states))
-    for _ in range(period):
-        batch = stride_map.strides(image)
-        image, length = batch.state, length + batch.step_length
-    moved = np.linalg.norm((image - states) / natural_units(stride_map.params), axis=1)
-    good = np.isfinite(moved) & (length > SHORTEST_STRIDE * stride_map.params.leg_length)
-    return np.where(good, moved / np.where(good, length, 1.0), np.inf)
-
-
 def _cycle(stride_map: StrideMap, state: Array, period: int) -> Array | None:
     """The states of the cycle, (period, 4); None if it stands still or closes early."""
-    units = natural_units(stride_map.params)
-    if abs(stride_map.strides(state[np.newaxis]).step_length[0]) < (
-        SHORTEST_STRIDE * stride_map.params.leg_length
-    ):
+    if refusal(stride_map, state, period):
         return None
     states = [state]
-    for strides in range(1, period):
+    for _ in range(1, period):
         states.append(stride_map(states[-1][np.newaxis])[0])
-        if period % strides == 0 and np.linalg.norm((states[-1] - state) / units) < SAME:
-            return None
     first = min(range(period), key=lambda i: float(states[i][0]))
     return np.roll(np.array(states), -first, axis=0)
 
@@ -157,129 +117,3 @@ def _known(state: Array, cycles: list[Array], near: float, params: WalkerParams)
     """Whether the state belongs to one of the cycles."""
     units = natural_units(params)
     return any(np.linalg.norm((cycle - state) / units, axis=1).min() < near for cycle in cycles)
-
-
-class _Wanted(NamedTuple):
-    """A quantity of the gait that is to have a value."""
-
-    name: str  # "step_length" or "speed"
-    value: float
-    unit: float  # the quantity of one leg length, or one leg length per √(L/g)
-
-    def of(self, equations: Equations, family: Family) -> tuple[float, Array]:
-        """The quantity here, and its derivative by the family's unknowns; both scaled."""
-        point = equations.point
-        columns = [0, 1, 2, 3, *range(6, 6 + len(family.names))]
-        value, by = point.step_length, point.step_length_by[columns]
-        if self.name == "speed":
-            value = point.step_length / point.duration
-            by = (by - value * point.duration_by[columns]) / point.duration
-        return value / self.unit, by * family.units / self.unit
-
-
-def find_gait_with(
-    params: WalkerParams,
-    control: AnyControl | Policy | None,
-    *,
-    step_length: float | None = None,
-    speed: float | None = None,
-    by: str = "stall_torque",
-    guess: Gait | PostStrikeState | Sequence[float] | None = None,
-) -> Gait:
-    """A gait with a given step length or speed, found by changing one control or parameter.
-
-    Args:
-        params: the walker.
-        control: where the search begins: a control, None for a passive walker, a policy.
-        step_length: wanted, m per stride.
-        speed: wanted, m/s. Give one of the two.
-        by: what may change, any name of `PARAMETERS`; "slope" suits passive walkers, and
-            under a policy no control can be named.
-        guess: a gait, or a post-strike state near one, of this walker; left out, the most
-            stable gait of a short search.
-
-    Returns:
-        The gait; its `params` and `control` hold the value found. Where several have what is
-        wanted, the first along the branch of the guess; `continue_gait` shows them all.
-
-    Raises:
-        GaitNotFoundError: with how near it came.
-        ValueError: a bad argument.
-    """
-    wanted = _wanted(params, step_length, speed)
-    check_parameter(by, control)
-    if guess is None:
-        found = find_gaits(params, control, starts=FEW_STARTS)
-        first = found[0] if found else find_gait(params, control)
-    else:
-        state = guess.state if isinstance(guess, Gait) else check_state(guess)
-        first = find_gait(params, control, state)
-    here = Family(params, control, (by,), np.ones(1)).current()
-    family = Family(params, control, (by,), np.array([abs(here[0]) or 1.0]))
-    u = _approach(family, family.unknowns(first.state, here), wanted)
-    stride_map = family.stride_map(family.values(u))
-    return describe(stride_map, family.state(u), first.section, 1)
-
-
-def _wanted(params: WalkerParams, step_length: float | None, speed: float | None) -> _Wanted:
-    if (step_length is None) == (speed is None):
-        raise ValueError(
-            f"give either step_length or speed, got step_length={step_length!r}, speed={speed!r}"
-        )
-    name, value = ("speed", speed) if step_length is None else ("step_length", step_length)
-    if value is None or not (math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be positive and finite, got {value!r}")
-    length = params.leg_length
-    unit = length if name == "step_length" else math.sqrt(params.gravity * length)
-    return _Wanted(name, value, unit)
-
-
-def _approach(family: Family, u: Array, wanted: _Wanted) -> Array:
-    """The gait with the wanted value, in as few steps of that value as Newton can take."""
-    value, _ = wanted.of(family.evaluate(u), family)
-    goal, share = wanted.value / wanted.unit, 1.0
-    total = goal - value
-    while value != goal:
-        target = goal if abs(goal - value) <= abs(share * total) else value + share * total
-        try:
-            u = _solve(family, u, wanted, target)
-        except OffCurveError as problem:
-            share *= 0.5
-            if share < SMALLEST_SHARE:
-                name, found = family.names[0], family.values(u)[0]
-                raise GaitNotFoundError(
-                    f"no gait with {wanted.name} = {wanted.value!r} found by {name}: the "
-                    f"nearest has {value * wanted.unit:.6g} at {name} = {found:.6g}, beyond "
-                    f"which {problem}; ask for less, or change another parameter"
-                ) from problem
-        else:
-            value = target
-    return u
-
-
-def _solve(family: Family, u: Array, wanted: _Wanted, target: float) -> Array:
-    """Newton on the five unknowns, on the branch that u is on.
-
-    Raises:
-        OffCurveError: it does not converge, strays from the branch, or the walker falls.
-    """
-    last, straying, allowed = math.inf, 0.0, math.inf
-    for taken in range(NEWTON_STEPS):
-        equations = family.evaluate(u)
-        value, gradient = wanted.of(equations, family)
-        matrix = np.vstack([equations.jacobian, gradient])
-        try:
-            change = np.linalg.solve(matrix, np.append(equations.residual, value - target))
-        except np.linalg.LinAlgError as error:
-            raise OffCurveError(f"the {wanted.name} does not depend on it") from error
-        size = float(np.linalg.norm(change))
-        if size < SOLVED or (size < 1e-8 and size > 0.25 * last):
-            return u
-        if taken == 0:
-            allowed = max(STRAYED * size, 1e-6)
-        else:
-            straying += size
-        if straying > allowed:
-            break
-        u, last = u - change, size
-    raise OffCurveError(f"Newton does not converge: the {wanted.name} may be at its limit")

@@ -10,95 +10,155 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.phases import Cycle, encode
-from powered_walker_env.model.powering import CONTROL_NUMBERS
+from powered_walker_env.model.powering import (
+    CONTROL_NUMBERS,
+    AnyControl,
+    Policy,
+    Scheme,
+    numbers_for,
+    scheme_of,
+)
+from powered_walker_env.model.state import PostStrikeState, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
+from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
+from powered_walker_env.simulation.differences import differences
 from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
-from powered_walker_env.simulation.strides import (
-    NO_ROWS,
-    Array,
-    StrideBatch,
-    check_batch,
-    check_rtol,
-    outcomes_of,
-)
+from powered_walker_env.simulation.strides import NO_ROWS, StrideBatch, outcomes_of
 from powered_walker_env.simulation.threads import run_in_slices
 
-#: What a stride can be differentiated by besides its state: numbers of controls, of walkers.
 WALKER_NUMBERS = NUMBERS[:-1]  # the last is the physics, which is no number
-PARAMETERS = (*CONTROL_NUMBERS, *WALKER_NUMBERS)
-_STATE, _CONTROL = 4, 2
-_ALL = _STATE + _CONTROL + OWN
-_COLUMNS = {name: _STATE + column for name, column in CONTROL_NUMBERS.items()} | {
-    name: _STATE + _CONTROL + column for column, name in enumerate(WALKER_NUMBERS)
-}
+
+
+class Parameters(Sequence[str]):
+    """Names of the numbers of all schemes' controls, those registered later included, and of
+    walkers."""
+
+    def __len__(self) -> int:
+        return len(CONTROL_NUMBERS) + len(WALKER_NUMBERS)
+
+    def __getitem__(self, index: Any) -> Any:
+        return (*CONTROL_NUMBERS, *WALKER_NUMBERS)[index]
+
+
+#: What a stride can be differentiated by besides its state. One walker has the numbers of its
+#: own scheme only (`parameters_of`).
+PARAMETERS = Parameters()
+STATE_SIZE, _CONTROL = 4, 2
+_ALL = STATE_SIZE + _CONTROL + OWN
 _FLAT = np.zeros(1)
+POLICY_STEP = 1e-4  # natural units, of the differences of a policy in double precision
 
 
 @dataclass(frozen=True, eq=False)
 class BatchDerivatives:
     """N strides and their derivatives; those of a walker that fell are NaN.
 
-    The last axis of each derivative counts the directions: the state (4), the control
-    (2), then the parameters asked for; SI units over SI units.
+    The last axis of each derivative counts what it is by, named in `names`: the state (4),
+    the k numbers of the scheme's control, then the parameters asked for; SI units over SI
+    units. Under a policy the derivatives by the state are the closed loop's, and those by
+    the control are by what is added to the policy's numbers.
     """
 
     strides: StrideBatch
-    by: Array = field(repr=False)  # (N, 6, 6 + k) of the state (4), duration and step length
+    by: Array = field(repr=False)  # (N, 6, n) of the state (4), duration and step length
+    names: tuple[str, ...]  # (n,)
+    controls: int  # k
+
+    def __repr__(self) -> str:
+        return f"BatchDerivatives({self.strides!r} by {', '.join(self.names)})"
 
     @property
     def by_state(self) -> Array:
         """(N, 4, 4) of the post-strike states by the states."""
-        return self.by[:, :4, :4]
+        return self.by[:, :4, :STATE_SIZE]
 
     @property
     def by_control(self) -> Array:
-        """(N, 4, 2) of them by switch angle, rad, and stall torque, N m."""
-        return self.by[:, :4, 4:6]
+        """(N, 4, k) of them by the control's numbers; the motor's: switch angle, stall torque."""
+        return self.by[:, :4, STATE_SIZE : STATE_SIZE + self.controls]
 
     @property
     def by_parameters(self) -> Array:
-        """(N, 4, k) of them by the parameters asked for."""
-        return self.by[:, :4, 6:]
+        """(N, 4, p) of them by the parameters asked for."""
+        return self.by[:, :4, STATE_SIZE + self.controls :]
 
     @property
     def duration_by(self) -> Array:
-        """(N, 6 + k) of the durations."""
+        """(N, n) of the durations."""
         return self.by[:, 4]
 
     @property
     def step_length_by(self) -> Array:
-        """(N, 6 + k) of the step lengths."""
+        """(N, n) of the step lengths."""
         return self.by[:, 5]
 
 
 def differentiate_batch(
     states: ArrayLike,
-    controls: ArrayLike | None,
+    controls: ArrayLike | AnyControl | Policy | None,
     params: WalkerParams | Sequence[WalkerParams],
     *,
     by: Sequence[str] = (),
     rtol: float = 1e-9,
+    scheme: str | None = None,
 ) -> BatchDerivatives:
     """N strides on flat ground with their derivatives.
 
     Args:
-        states, controls, params, rtol: as in `stride_batch`, which walks the same strides
-            bit for bit. A passive walker's derivatives by the control are zero.
-        by: names out of `PARAMETERS`, what else to differentiate by.
+        states, controls, params, rtol, scheme: as in `stride_batch`, which walks the same
+            strides bit for bit.
+        by: what else to differentiate by: fields of `WalkerParams`, or numbers of the
+            scheme's control (which `by_control` has anyway).
 
     Raises:
-        ValueError: wrong shapes, a value out of its domain, an unknown parameter.
+        ValueError: wrong shapes, a value out of its domain, a parameter that such a walker
+            has not.
     """
-    changes = directions(by)
-    cycle, start, angles, rows = check_batch(states, controls, params)
-    return BatchDerivatives(*run_derivatives(cycle, start, angles, rows, check_rtol(rtol), changes))
+    batch = check_batch(states, controls, params, scheme)
+    changes = directions(batch.scheme, by)
+    strides, found = run_derivatives(
+        batch.scheme.cycle, batch.states, batch.controls, batch.rows, check_rtol(rtol), changes
+    )
+    if batch.policy is not None:
+        walker = params if isinstance(params, WalkerParams) else next(iter(params))
+        gains = policy_derivative(batch.policy, batch.states, natural_units(walker))
+        found = closed_loop(found, gains)
+    return BatchDerivatives(strides, found, names_of(batch.scheme, by), len(batch.scheme.numbers))
+
+
+def policy_derivative(policy: Policy, states: Array, units: Array) -> Array:
+    """(N, k, 4) derivative of a policy's numbers by the states: its own, or by differences.
+
+    Args:
+        units: (4,) natural units of the states.
+
+    Raises:
+        ValueError: a derivative of its own that has another shape.
+    """
+    own = getattr(policy, "derivative", None)
+    if own is None:
+        return differences(lambda x: numbers_for(policy, x), states, POLICY_STEP * units)
+    known = np.asarray(own(states), np.float64)
+    wanted = (len(states), len(scheme_of(policy).numbers), STATE_SIZE)
+    if known.shape != wanted:
+        raise ValueError(f"a policy's derivative must have shape {wanted}, got {known.shape}")
+    return known
+
+
+def closed_loop(by: Array, gains: Array) -> Array:
+    """(N, m, n) derivatives under a policy from those under its controls held constant."""
+    closed = by.copy()
+    by_control = by[..., STATE_SIZE : STATE_SIZE + gains.shape[1]]
+    closed[..., :STATE_SIZE] += by_control @ gains
+    return closed
 
 
 def run_derivatives(
@@ -108,7 +168,7 @@ def run_derivatives(
 
     Args:
         rows: packed walkers, N or one for all.
-        changes: (n, 6 + OWN) the directions: of state (4), control (2) and the walker's own numbers.
+        changes: (n, 6 + OWN) the directions: state (4), control (2), the walker's own numbers.
     """
     results = np.empty((len(states), record.RESULTS))
     derivatives = np.empty((len(states), len(changes), OUTPUTS))
@@ -138,16 +198,32 @@ def run_derivatives(
     return StrideBatch(outcomes_of(results), results), derivatives.swapaxes(1, 2)
 
 
-def directions(by: Sequence[str] = ()) -> Array:
-    """(6 + k, 6 + OWN) the kernel's directions: state, control, then the parameters named.
+def parameters_of(scheme: Scheme) -> tuple[str, ...]:
+    """What a walker so powered can be differentiated by, besides its state."""
+    return (*scheme.numbers, *WALKER_NUMBERS)
+
+
+def names_of(scheme: Scheme, by: Sequence[str] = ()) -> tuple[str, ...]:
+    """What the derivatives are by, in their order."""
+    return (*PostStrikeState._fields, *scheme.numbers, *by)
+
+
+def directions(scheme: Scheme, by: Sequence[str] = ()) -> Array:
+    """(4 + k + p, 6 + OWN) the kernel's directions: state, control, the parameters named.
 
     Raises:
-        ValueError: an unknown parameter.
+        ValueError: a parameter that a walker so powered has not.
     """
-    wanted = list(range(_STATE + _CONTROL))
+    if isinstance(by, str):
+        raise TypeError(f"by must be a list of names, got {by!r}")
+    columns = {n: STATE_SIZE + c for n, c in zip(scheme.numbers, scheme.columns, strict=True)}
+    columns |= {name: STATE_SIZE + _CONTROL + i for i, name in enumerate(WALKER_NUMBERS)}
     for name in by:
-        if name not in PARAMETERS:
-            raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {name!r}")
-        wanted.append(_COLUMNS[name])
+        if name not in columns:
+            raise ValueError(
+                f"parameter must be one of {', '.join(columns)} for scheme {scheme.name!r}, "
+                f"got {name!r}"
+            )
+    wanted = [*range(STATE_SIZE), *(columns[name] for name in (*scheme.numbers, *by))]
     every: Array = np.eye(_ALL)
     return every[wanted]

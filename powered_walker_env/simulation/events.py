@@ -9,8 +9,6 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-import numpy as np
-
 from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import (
     LANES,
@@ -156,7 +154,7 @@ def suspicions(s, w, pose, pose_new, good):
     ahead = bits(ahead & (load(s.scuffed, 0) == 0.0))
     for guard in range(1, beyond):
         active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
-        suspected = np.int64(0)
+        suspected = 0
         if active:
             doubt = may_fall_through(
                 load(s.value, guard), load(s.rate, guard),
@@ -216,20 +214,16 @@ def _down(s, w, pose):
 @once
 def cubic_fall(value, slope, value_end, slope_end):
     """Where in (0, 1) the cubic with these ends (slopes per step) falls through zero."""
-    low, high = 0.0, 1.0
+    low, high = 0.0 * value, 0.0 * value + 1.0
     x = value / (value - value_end)
+    a = 2.0 * (value - value_end) + slope + slope_end
+    b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
     for _ in range(NEWTON_STEPS):
-        a = 2.0 * (value - value_end) + slope + slope_end
-        b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
         here = value + x * (slope + x * (b + x * a))
-        if here > 0.0:
-            low = x
-        else:
-            high = x
+        low, high = where(here > 0.0, x, low), where(here > 0.0, high, x)
         steep = slope + x * (2.0 * b + 3.0 * x * a)
-        x = x - here / steep if steep < 0.0 else 0.5 * (low + high)
-        if not low < x < high:
-            x = 0.5 * (low + high)
+        x = where(steep < 0.0, x - here / steep, low)
+        x = where((low < x) & (x < high), x, 0.5 * (low + high))
     return x
 
 
@@ -270,60 +264,71 @@ def hidden_fall(s, w, batch, lane, guard):
     return NOWHERE if guard == LANDING and lands_there == 0 else high  # scuffing is allowed
 
 
+@internal
+def _fall_fraction(s, w, batch, guard, suspected):
+    """Fractions of the steps at which a guard falls in the suspected lanes (bits)."""
+    h, value, value_end = load(w.length, 0), load(s.value, guard), load(s.value_new, guard)
+    rate, rate_end = load(s.rate, guard), load(s.rate_new, guard)
+    down = (value > 0.0) & (value_end <= 0.0)
+    store(s.fraction, 0, where(down, cubic_fall(value, rate * h, value_end, rate_end * h), NOWHERE))
+    hidden = suspected & ~bits(down)
+    if hidden:
+        for lane in range(LANES):
+            if hidden >> lane & 1:
+                s.fraction[0, lane] = hidden_fall(s, w, batch, lane, guard)
+    return where(mask_of(suspected), load(s.fraction, 0), NOWHERE)
+
+
 @once
-def first_fall(s, w, batch, lane):
-    """The first of the suspected guards to fall: guard and fraction of the step."""
-    first, earliest, h = 0, NOWHERE, w.length[0, lane]
+def aim(s, w, batch):
+    """Step onto the first of the suspected falls from now on; the lanes (bits) that do."""
+    h, target = load(w.length, 0), load(s.target, 0)
+    first, earliest = 0.0 * h, 0.0 * h + NOWHERE
     for guard in range(1, GUARDS):
-        if not int(s.suspected[guard, 0]) >> lane & 1:
-            continue
-        value, value_end = s.value[guard, lane], s.value_new[guard, lane]
-        if value > 0.0 and value_end <= 0.0:
-            slope, slope_end = s.rate[guard, lane] * h, s.rate_new[guard, lane] * h
-            fraction = cubic_fall(value, slope, value_end, slope_end)
-        else:
-            fraction = hidden_fall(s, w, batch, lane, guard)
-        if fraction < earliest:
-            first, earliest = guard, fraction
-    return first, earliest
+        suspected = int(s.suspected[guard, 0])
+        if suspected:
+            fraction = _fall_fraction(s, w, batch, guard, suspected)
+            first = where(fraction < earliest, 1.0 * guard, first)
+            earliest = where(fraction < earliest, fraction, earliest)
+    found = earliest < NOWHERE
+    begun = found & (target == 0.0)
+    blend(s.whole, 0, begun, h)
+    blend(s.tries, 0, begun, 0.0)
+    blend(s.target, 0, found, first)
+    blend(w.length, 0, found, h * earliest)
+    return bits(found)
 
 
 @once
-def aim(s, w, lane, guard, fraction):
-    """Step onto the event from now on."""
-    if s.target[0, lane] == 0.0:
-        s.whole[0, lane] = w.length[0, lane]
-        s.tries[0, lane] = 0
-    s.target[0, lane] = guard
-    w.length[0, lane] *= fraction
-
-
-@once
-def arrive(s, w, lane, landed, linear):
-    """The step towards an event has been made: is it there?
+def arrive(s, w, stepping, landed, linear):
+    """Steps towards events have been made: are they there? The lanes (bits) that are.
 
     Args:
-        landed: at its end, would a touch of the floor be a landing?
-        linear: s, below which the rest of the way is linear.
-
-    Returns:
-        Whether it is; if not, the next try is prepared.
+        stepping: lanes (bits) that have made one; landed: those where a touch of the floor, at
+            its end, is a landing.
+        linear: times √(L/g): below it the rest of the way is linear.
     """
-    guard, length = int(s.target[0, lane]), w.length[0, lane]
-    value, rate = s.value_new[guard, lane], s.rate_new[guard, lane]
-    change = -value / rate if rate != 0.0 else 0.0
-    s.tries[0, lane] += 1
-    near = abs(change) < linear
-    if near or s.tries[0, lane] >= TRIES:
-        if guard == LANDING and not landed:
-            s.scuffed[0, lane], s.target[0, lane] = 1.0, 0.0  # take the whole step after all
-            s.h[0, lane] = s.whole[0, lane]
-            return False
-        s.correction[0, lane] = max(change, -length) if near else 0.0  # time runs forward
-        s.ending[0, lane] = guard
-        return True
-    w.length[0, lane] = min(s.whole[0, lane], max(0.0, length + change))
-    return False
+    here, h, target = mask_of(stepping), load(w.length, 0), load(s.target, 0)
+    value, rate = 0.0 * h, 0.0 * h
+    for guard in range(1, GUARDS):
+        value = where(target == guard, load(s.value_new, guard), value)
+        rate = where(target == guard, load(s.rate_new, guard), rate)
+    change = where(rate == 0.0, 0.0, -value / rate)
+    tries = load(s.tries, 0) + 1.0
+    near = abs(change) < linear * load(s.unit, 0)
+    over = here & (near | (tries >= TRIES))
+    scuffed = over & (target == LANDING) & ~mask_of(landed)
+    arrived, again = over & ~scuffed, here & ~over
+    blend(s.tries, 0, here, tries)
+    blend(s.scuffed, 0, scuffed, 1.0)  # take the whole step after all
+    blend(s.target, 0, scuffed, 0.0)
+    blend(s.h, 0, scuffed, load(s.whole, 0))
+    back = where(change > -h, change, -h)  # time runs forward
+    blend(s.correction, 0, arrived, where(near, back, 0.0))
+    blend(s.ending, 0, arrived, target)
+    there = where(h + change > 0.0, h + change, 0.0)
+    blend(w.length, 0, again, where(there < load(s.whole, 0), there, load(s.whole, 0)))
+    return bits(arrived)
 
 
 @once

@@ -106,7 +106,7 @@ def _way_out(s, lane, batch):
         if cycle[phase, 2 + 3 * exit] == ending:
             to, reset = int(cycle[phase, 4 + 3 * exit]), int(cycle[phase, 3 + 3 * exit])
             s.reset[0, lane] = reset
-            if reset == BEFORE or reset == WITH or reset == AFTER:
+            if reset in (BEFORE, WITH, AFTER):
                 s.impulse[0, lane] = s.strength[0, lane]
             return to if s.phases[0, lane] < MAX_PHASES or to < 0 else -1 - STEP_LIMIT
     return -1 - STEP_LIMIT  # not reached: only guards of the phase end it

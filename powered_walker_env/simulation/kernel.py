@@ -35,12 +35,10 @@ from powered_walker_env.model.mechanics.guards import FIRST_FALL
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.events import (
     EVERY_LANE,
-    NOWHERE,
     aim,
     along,
     arrive,
     factor_rate,
-    first_fall,
     landing_lanes,
     planned,
     suspicions,
@@ -103,24 +101,12 @@ def _look_for_events(s, w, batch, landed, good, doubtful):
         good: lanes whose steps are accurate; doubtful: those in which some guard may have
             fallen; landed: lanes where touching the floor is a landing.
     """
-    stepping = bits(load(s.target, 0) > 0.0) & good
-    taken, ended = good & ~stepping & ~doubtful, 0
-    linear = LINEAR * math.sqrt(batch.rtol)
-    for lane in range(LANES):
-        if not (stepping | doubtful) >> lane & 1:
-            continue
-        if doubtful >> lane & 1:
-            guard, fraction = first_fall(s, w, batch, lane)
-            if fraction < NOWHERE:
-                aim(s, w, lane, guard, fraction)
-                continue
-            if not stepping >> lane & 1:
-                taken |= 1 << lane
-                continue
-        if arrive(s, w, lane, landed >> lane & 1, linear * s.unit[0, lane]):
-            taken |= 1 << lane
-            ended |= 1 << lane
-    return taken, ended
+    stepping, aimed, arrived = bits(load(s.target, 0) > 0.0) & good, 0, 0
+    if doubtful:
+        aimed = aim(s, w, batch)
+    if stepping & ~aimed:
+        arrived = arrive(s, w, stepping & ~aimed, landed, LINEAR * math.sqrt(batch.rtol))
+    return (good & ~stepping & ~aimed) | arrived, arrived
 
 
 @once

@@ -62,6 +62,7 @@ class Lockstep(NamedTuple):
     h: Table  # s, what the step control proposes
     refused: Table  # was the last step too long
     whole: Table  # s, the step in which an event was found
+    fraction: Table  # of a step, at which a guard falls
     unit: Table  # s, √(L/g)
     walker: Table  # its row in the batch, plus 1; 0 for none
     switch_angle: Table  # rad

@@ -66,7 +66,7 @@ def after_reset(reset, pose, impulse, free, c):
 
 @once
 def apply_resets(s, w, pose):
-    """Write the poses after the resets to s.struck; energy lost, work of the push, way travelled."""
+    """Write the poses after the resets to s.struck; energy lost, the push's work, way travelled."""
     c, free, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
     impulse = load(s.impulse, 0)
     struck = after_reset(reset, pose, impulse, free, c)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -10,24 +9,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.mechanics.constants import pack, pack_all
+from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Cycle, Outcome, encode
 from powered_walker_env.model.powering import (
-    PASSIVE,
     AnyControl,
-    Scheme,
+    Policy,
+    as_policy,
     check_walkable,
-    scheme,
     scheme_of,
 )
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
+from powered_walker_env.simulation.arguments import Array as Array
+from powered_walker_env.simulation.arguments import check_batch, check_heights, check_rtol, rows_of
 from powered_walker_env.simulation.threads import run_in_slices
 
-TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
-
-Array = NDArray[np.float64]
 NO_ROWS = np.empty((0, 0))  # no log, no directions to differentiate along
 
 
@@ -49,7 +46,8 @@ class Stride:
     step_length: float  # m, travel of the contact point (rolling included); 0 after a fall
     energy_in: float  # J, net work of motor, hip or push
     positive_work: float  # J, its positive part
-    energy_lost: float  # J, at the heel strike and at the ankle's stop
+    energy_lost: float  # J, at the heel strike and at the ankle's stop; below 0 only for a push
+    # at once with the strike, see `ToeOffAtStrike`
     min_clearance: float  # m, lowest of the swing foot once the legs have passed, its ground
     # at 0: 0 is a clean step, less is scuffing; NaN if they did not pass
     electrical_energy: float  # J, voltage times current of the ankle motor: ω_noload ∫τ dt
@@ -62,20 +60,28 @@ class StrideBatch:
     outcome: NDArray[np.int64]  # (N,), values of `Outcome`
     results: Array = field(repr=False)  # (N, record.RESULTS): the kernel's rows
 
+    def __repr__(self) -> str:
+        return f"StrideBatch({len(self.outcome)} strides, {int(self.walked.sum())} walked)"
+
     @property
     def state(self) -> Array:
         """(N, 4) after the heel strikes; NaN after a fall."""
         return self.results[:, record.STATE]
 
     @property
+    def final(self) -> Array:
+        """(N, 6) (φ, α, β) and their rates at the ends, before any heel strike."""
+        return self.results[:, record.FINAL]
+
+    @property
     def final_q(self) -> Array:
         """(N, 3) rad, relative angles at the ends, before any heel strike."""
-        return relative(self.results[:, record.FINAL][:, :3])
+        return relative(self.final[:, :3])
 
     @property
     def final_u(self) -> Array:
         """(N, 3) rad/s, their rates."""
-        return relative(self.results[:, record.FINAL][:, 3:])
+        return relative(self.final[:, 3:])
 
     @property
     def walked(self) -> NDArray[np.bool_]:
@@ -120,7 +126,7 @@ class StrideBatch:
 
 def stride(
     state: PostStrikeState | Sequence[float],
-    control: AnyControl | None,
+    control: AnyControl | Policy | None,
     params: WalkerParams,
     *,
     step_height: float = 0.0,
@@ -131,7 +137,7 @@ def stride(
     Args:
         state: post-strike state (α, s, α', β'), rad and rad/s.
         control: switch angle and stall torque, or the control of another scheme
-            (`schemes/`); None for a passive walker, whose foot stays locked.
+            (`model/powering/`); None for a passive walker, whose foot stays locked; or a policy.
         params: the walker.
         step_height: m, height of the ground ahead over the ground under the stance foot.
         rtol: accuracy asked of the post-strike state, 1e-13 to 1e-3.
@@ -144,14 +150,16 @@ def stride(
             tolerance out of bounds; TypeError: an argument of the wrong type.
     """
     checked = check_state(state)
+    control = as_policy(control, checked)
     check_walkable(params, control)
-    powered = scheme_of(control)
+    powered, start = scheme_of(control), np.array([checked])
+    row = rows_of(control, start) if callable(control) else np.array([powered.row(control)])
     results, outcomes = _run(
         powered.cycle,
-        np.array([checked]),
-        np.array([powered.row(control)]),
+        start,
+        row,
         pack(params)[np.newaxis],
-        _heights(step_height, 1),
+        check_heights(step_height, 1),
         check_rtol(rtol),
     )
     return _stride_of(results[0], Outcome(int(outcomes[0])))
@@ -159,54 +167,35 @@ def stride(
 
 def stride_batch(
     states: ArrayLike,
-    controls: ArrayLike | None,
+    controls: ArrayLike | AnyControl | Policy | None,
     params: WalkerParams | Sequence[WalkerParams],
     *,
     step_height: ArrayLike = 0.0,
     rtol: float = 1e-9,
-    scheme: str = "motor",
+    scheme: str | None = None,
 ) -> StrideBatch:
     """N strides at once, on all cores; each bit-equal to the same call of `stride`.
 
     Args:
         states: (N, 4) post-strike states, rad and rad/s.
         controls: (N, k) or (k,) numbers of the scheme's control, for the motor k = 2
-            switch angles (rad) and stall torques (N m); None for passive walkers.
+            switch angles (rad) and stall torques (N m); or a control or a policy, as in
+            `stride`; None for passive walkers.
         params: one walker, or N of them.
         step_height: m, one height or N of them.
         rtol: as in `stride`.
-        scheme: what powers the walkers, by name (`SCHEMES`).
+        scheme: what the numbers control, by name (`SCHEMES`); the motor if left out. A
+            control or a policy knows its own.
 
     Raises:
-        ValueError: wrong shapes, or a value out of its domain, naming the row.
+        ValueError: wrong shapes, or a value out of its domain, naming the row; a scheme that
+            is not the control's.
     """
-    cycle, start, angles, rows = check_batch(states, controls, params, scheme)
-    heights = _heights(step_height, len(start))
-    return run_batch(cycle, start, angles, rows, heights, check_rtol(rtol))
-
-
-def check_batch(
-    states: ArrayLike,
-    controls: ArrayLike | None,
-    params: WalkerParams | Sequence[WalkerParams],
-    powered_by: str = "motor",
-) -> tuple[Cycle, Array, Array, Array]:
-    """Cycle, states (N, 4), controls (N, 2) and packed walkers (N or 1) of `stride_batch`.
-
-    Raises:
-        ValueError: wrong shapes, or a value out of its domain, naming the row.
-    """
-    start = _matrix("states", states, 4)
-    count = len(start)
-    walkers = (params,) if isinstance(params, WalkerParams) else tuple(params)
-    if len(walkers) not in (1, count):
-        raise ValueError(f"params must be one walker or {count}, got {len(walkers)}")
-    powered = PASSIVE if controls is None else scheme(powered_by)
-    some_control = powered.control_of((1.0, 0.0))
-    for walker in walkers:
-        check_walkable(walker, some_control)
-    rows = pack(walkers[0])[np.newaxis] if len(walkers) == 1 else pack_all(walkers)
-    return powered.cycle, start, _controls(controls, powered, count), rows
+    batch = check_batch(states, controls, params, scheme)
+    heights = check_heights(step_height, len(batch.states))
+    return run_batch(
+        batch.scheme.cycle, batch.states, batch.controls, batch.rows, heights, check_rtol(rtol)
+    )
 
 
 def run_batch(
@@ -220,17 +209,6 @@ def run_batch(
 def relative(absolute: Array) -> Array:
     """Relative angles (or rates) from absolute ones: (φ, α, β) to (q1, q2, q3), (..., 3)."""
     return np.concatenate([absolute[..., :1], np.diff(absolute, axis=-1)], axis=-1)
-
-
-def check_rtol(rtol: float) -> float:
-    """The tolerance as a float.
-
-    Raises:
-        ValueError: outside 1e-13 to 1e-3.
-    """
-    if not TIGHTEST <= rtol <= LOOSEST:
-        raise ValueError(f"rtol must lie in [{TIGHTEST}, {LOOSEST}], got {rtol!r}")
-    return float(rtol)
 
 
 def _run(
@@ -295,49 +273,3 @@ def _stride_of(row: Array, outcome: Outcome) -> Stride:
         outcome,
         *values[record.DURATION : record.OUTCOME],
     )
-
-
-def _matrix(name: str, values: ArrayLike, columns: int) -> Array:
-    """`values` as a contiguous (N, columns) array of finite floats."""
-    matrix = np.ascontiguousarray(values, dtype=np.float64)
-    if matrix.ndim != 2 or matrix.shape[1] != columns:
-        raise ValueError(f"{name} must have shape (N, {columns}), got {matrix.shape}")
-    finite = np.atleast_1d(np.isfinite(matrix).all(axis=1))
-    _require_rows(finite, name, "be finite", matrix)
-    return matrix
-
-
-def _require_rows(good: NDArray[np.bool_], name: str, need: str, values: Array) -> None:
-    if not good.all():
-        row = int(np.argmin(good))
-        raise ValueError(f"{name} must {need}, got {values[row].tolist()} in row {row}")
-
-
-def _controls(controls: ArrayLike | None, powered: Scheme, count: int) -> Array:
-    """(N, 2) the kernel's rows of the controls."""
-    wanted = len(powered.columns)
-    if controls is None:
-        return powered.rows(np.empty((count, 0)))
-    values = np.asarray(controls, dtype=np.float64)
-    if values.ndim == 1:
-        values = np.tile(values, (count, 1))
-    values = _matrix("controls", values, wanted)
-    if len(values) != count:
-        raise ValueError(
-            f"controls must have one row for each of {count} states, got {len(values)}"
-        )
-    rows = powered.rows(values)
-    inside = (rows[:, 0] > 0) & (rows[:, 0] < 2 * math.pi)
-    _require_rows(inside, "controls", "have switch angles in (0, 2*pi)", values)
-    if powered.positive:
-        need = f"have {powered.numbers[-1].replace('_', ' ')}s that are not negative"
-        _require_rows(rows[:, 1] >= 0, "controls", need, values)
-    return rows
-
-
-def _heights(step_height: ArrayLike, count: int) -> Array:
-    heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
-    if heights.shape not in ((1,), (count,)):
-        raise ValueError(f"step_height must be one height or {count}, got shape {heights.shape}")
-    _require_rows(np.atleast_1d(np.isfinite(heights)), "step_height", "be finite", heights)
-    return np.ascontiguousarray(heights)

@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Outcome, Phase, Torque, encode
-from powered_walker_env.model.powering import AnyControl, check_walkable, scheme_of
+from powered_walker_env.model.powering import (
+    AnyControl,
+    Policy,
+    as_policy,
+    check_walkable,
+    scheme_of,
+)
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import hand_over, kernel, record
-from powered_walker_env.simulation.strides import NO_ROWS, Array, check_rtol, relative
+from powered_walker_env.simulation.arguments import Array, check_rtol, rows_of
+from powered_walker_env.simulation.strides import NO_ROWS, relative
 
-Policy = Callable[[PostStrikeState], AnyControl]
 EVENT_ROWS = 4 * hand_over.MAX_PHASES  # rows that the events of a stride can need
 
 
@@ -53,6 +60,13 @@ class Trajectory:
     states: Array  # (m+1, 4) post-strike states; the last is NaN after a fall
     outcome: Outcome  # of the last stride
     motor_on: NDArray[np.bool_]  # (n,) whether the ankle's motor runs
+
+    def __repr__(self) -> str:
+        strides = len(self.landings) - 1
+        return (
+            f"Trajectory({strides} stride{'s' * (strides != 1)}, {self.t[-1]:.4g} s, "
+            f"{self.landings[-1]:.4g} m, {len(self.t)} samples, {self.outcome.label})"
+        )
 
 
 class LoggedStride(NamedTuple):
@@ -109,8 +123,8 @@ def walk(
 
     Args:
         state: post-strike state to start from, rad and rad/s.
-        control: a constant control, None for a passive walker, or a policy: a function
-            from the post-strike state to the control of the stride.
+        control: a constant control, None for a passive walker, or a policy (of states, or a
+            function from one post-strike state to the control of the stride; see `Policy`).
         params: the walker.
         strides: how many at most, at least 1.
         step_heights: m, rise of the ground at each stride; flat if left out.
@@ -118,24 +132,26 @@ def walk(
         rtol: accuracy asked of each post-strike state.
 
     Raises:
-        ValueError: a state, count, height or interval out of its domain.
-        TypeError: a policy that returns something else than a `Control`.
+        ValueError: a state, count, height or interval out of its domain; a policy that
+            returns no numbers of its scheme.
+        TypeError: an argument of the wrong type.
     """
     checked = check_state(state)
-    if strides < 1:
-        raise ValueError(f"strides must be at least 1, got {strides!r}")
+    strides = whole_number("strides", strides, 1)
     if not (math.isfinite(sample_interval) and sample_interval >= 0):
         raise ValueError(f"sample_interval must not be negative, got {sample_interval!r}; seconds")
     heights = np.zeros(strides) if step_heights is None else np.asarray(step_heights, float)
     if heights.shape != (strides,) or not np.isfinite(heights).all():
         raise ValueError(f"step_heights must be {strides} finite heights, got {step_heights!r}")
-    check_rtol(rtol)
+    rtol = check_rtol(rtol)
+    control = as_policy(control, checked)
+    check_walkable(params, control)
+    powered = scheme_of(control)
     builder = TrajectoryBuilder(params, checked)
     for height in heights:
-        chosen = control(checked) if callable(control) else control
-        check_walkable(params, chosen)
+        chosen = powered.control_of(rows_of(control, np.array([checked]))[0])
         logged = log_stride(checked, chosen, params, float(height), rtol, sample_interval)
-        builder.add(logged, scheme_of(chosen).cycle, float(height))
+        builder.add(logged, powered.cycle, float(height))
         if logged.outcome != Outcome.WALKED:
             break
         checked = PostStrikeState(*logged.result[record.STATE].tolist())

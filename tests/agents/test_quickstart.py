@@ -10,12 +10,13 @@ import PIL.Image
 import pytest
 
 from agents import quickstart
-from agents.command import EPISODE_SEED, ROUND_FOOT, UserError, exit_status, make_walkers
-from agents.controllers import LQR, OpenLoop
-from agents.evaluate import evaluate
-from agents.quickstart import free_folder, main, typical_episode
+from agents.command import ROUND_FOOT, exit_status
+from agents.quickstart import free_folder, main, met, typical_episode
 from agents.recording import record
-from powered_walker_env import Outcome
+from powered_walker_env import Disturbance, Outcome
+from powered_walker_env.controllers import EPISODE_SEED, LQR, OpenLoop, evaluate
+from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.model.quantities import quantities
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,8 @@ def test_everything_is_there(folder: Path) -> None:
     names = {path.name for path in folder.iterdir()}
     assert names >= {
         "results.json", "results.txt", "learning_curve.png", "walk.png", "walk.gif",
-        "best_model.zip", "checkpoint.zip", "config.yml", "versions.json", "evaluations.csv",
+        "best_model.zip", "policy.npz", "checkpoint.zip", "config.yml", "versions.json",
+        "evaluations.csv",
     }  # fmt: skip
     assert not [name for name in names if name.startswith(".")]
 
@@ -42,6 +44,17 @@ def test_the_results_are_those_of_an_evaluation(folder: Path) -> None:
     assert result["controllers"]["open loop"]["by_episode"]["strides"] == again.strides.tolist()
     text = (folder / "results.txt").read_text()
     assert all(name in text for name in ("open loop", "LQR", "PPO", "push 0.02"))
+
+
+def test_what_the_walkers_meet_is_told_with_its_unit() -> None:
+    walks = evaluate(OpenLoop(), ROUND_FOOT, 1, disturbance={"push": 0.02, "slope": 0.01})
+    known = quantities(Disturbance)
+    for part, kind, size in zip(
+        met(walks).split(", "), ("push", "slope"), (0.02, 0.01), strict=True
+    ):
+        unit = known[kind].unit if kind in known else ""
+        assert part == f"{kind} {size} {unit}".strip()
+    assert met(evaluate(OpenLoop(), ROUND_FOOT, 1, disturbance="none")) == "undisturbed"
 
 
 def test_the_pictures_are_pictures(folder: Path) -> None:
@@ -77,23 +90,23 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(
 ) -> None:
     import signal
 
-    import agents.progress
+    import agents.supervisor
 
-    evaluate_once = agents.progress.evaluate
+    evaluate_once = agents.supervisor.evaluate
 
     def interrupted(*args: object, **kwargs: object) -> object:
         signal.raise_signal(signal.SIGINT)
         return evaluate_once(*args, **kwargs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(agents.progress, "evaluate", interrupted)
+    monkeypatch.setattr(agents.supervisor, "evaluate", interrupted)
     out = tmp_path / "q"
     assert exit_status(lambda: main(["--out", str(out), "--steps", "4096"])) == 130
-    assert f"agents.train --resume --runs {tmp_path} --name q" in capsys.readouterr().err
+    assert f"python -m agents.train --resume --name q --runs {tmp_path}" in capsys.readouterr().err
     assert (out / "checkpoint.zip").exists()
 
 
 def test_an_unknown_environment_is_named() -> None:
-    with pytest.raises(UserError, match="PoweredWalker-v7"):
+    with pytest.raises(ValueError, match="PoweredWalker-v7"):
         quickstart.run(Path("nowhere"), env_id="PoweredWalker-v7")
     assert not Path("nowhere").exists()
 
@@ -107,7 +120,7 @@ def test_the_episode_shown_is_typical() -> None:
 @pytest.mark.parametrize("seed", [EPISODE_SEED, EPISODE_SEED + 3])
 def test_a_recorded_episode_is_the_one_that_was_evaluated(seed: int) -> None:
     kwargs = {"disturbance": {"push": 0.02, "ground": 0.003, "torque": 0.01, "parameters": 0.002}}
-    controller = LQR(make_walkers(ROUND_FOOT, 1, **kwargs).task)
+    controller = LQR(task_of(ROUND_FOOT, **kwargs))
     result = evaluate(controller, ROUND_FOOT, 1, seed, **kwargs)
     trajectory = record(controller, ROUND_FOOT, seed, 100, **kwargs)
     assert trajectory.outcome == Outcome(int(result.outcomes[0]))

@@ -1,34 +1,37 @@
-"""The benchmarks: their equations are right, their counts count, the command runs."""
+"""The benchmarks: their equations are right, their counts are those of the equations, they run."""
 
 from __future__ import annotations
 
 import csv
+import importlib.util
 import itertools
 import json
 import math
 import re
-import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import DOP853
 
-from benchmarks import contenders as contenders_module
-from benchmarks.command import main
-from benchmarks.contenders import contenders, scipy_strides
-from benchmarks.counting import (
-    Counted,
-    count,
-    evaluation_flops,
-    sine_and_cosine,
-    step_flops,
+from benchmarks import startup as startup_module
+from benchmarks import timing as timing_module
+from benchmarks.__main__ import main
+from benchmarks.environments import environments
+from benchmarks.equations import (
+    Constants,
+    constants,
+    equations,
+    free_accelerations,
+    locked_accelerations,
 )
-from benchmarks.equations import constants, equations
-from benchmarks.precision import Precision, precision, speed_at
-from benchmarks.problem import STARTS, make_problem
+from benchmarks.precision import precision, speed_at
+from benchmarks.roofline import EVALUATION, SINE_AND_COSINE, STEP
 from benchmarks.scaling import core_counts
-from benchmarks.startup import startup
-from benchmarks.tables import precision_text
+from benchmarks.startup import startup, times
+from benchmarks.strides import STARTS, make_problem, methods, scipy_strides
 from benchmarks.timing import Case, Timing, measure
 from powered_walker_env import Control, WalkerParams
 from tests.helpers.derivation import locked_system, powered_system
@@ -36,7 +39,7 @@ from tests.helpers.samples import landing_state, random_motion, random_walkers, 
 from tests.helpers.second_integrator import Landing, strike
 
 WALKERS = ("camp1997", "round-foot")
-QUICK = ("--seconds", "0.001", "--walkers", "50")
+QUICK = ("--seconds", "0.001")
 
 
 @pytest.mark.parametrize("name", WALKERS)
@@ -80,41 +83,75 @@ def test_the_strike_keeps_the_momenta_of_any_walker() -> None:
 def test_heyoka_walks_the_same_stride() -> None:
     pytest.importorskip("heyoka")
     problem = make_problem("camp1997")
-    (heyoka,) = (c for c in contenders() if c.name.startswith("heyoka"))
+    (heyoka,) = (method for method in methods() if method.name.startswith("heyoka"))
     assert problem.error(heyoka.make(problem, 1e-13)(problem.starts[:STARTS])) < 1e-11
 
 
 def test_the_physics_of_the_listing_is_refused() -> None:
     with pytest.raises(ValueError, match="physics must be 'conserving'"):
         make_problem("camp1997-as-published")
+    with pytest.raises(ValueError, match="equations to compare with"):
+        constants(WalkerParams(physics="as_published"), Control(2.9, 700.0))
 
 
-def test_counted_numbers_count_a_formula() -> None:
-    def horner(x: Counted) -> Counted:
-        return (2.0 * x + 3.0) * x - 1.0 / x  # two products, a sum, a quotient, a difference
+class Counted:
+    """A number that counts the additions, multiplications, divisions and roundings it is in."""
 
-    assert count(horner, Counted(0.5)) == 5
-    assert count(lambda x: -x, Counted(0.5)) == 0
-    a, b = Counted(3.0), Counted(2.0)
-    assert [(a + b).value, (a - b).value, (a * b).value, (a / b).value] == [5.0, 1.0, 6.0, 1.5]
-    assert [(1 + b).value, (1 - b).value, (4 * b).value, (1 / b).value] == [3.0, -1.0, 8.0, 0.5]
+    done = 0
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    def _counted(self, other: Any) -> Counted:
+        Counted.done += 1
+        return Counted(1.0)  # only the count is asked for
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _counted
+    __truediv__ = __rtruediv__ = _counted
+
+    def __round__(self) -> Counted:
+        return self._counted(None)
+
+    def __neg__(self) -> Counted:
+        return self  # a sign is no work: the next operation takes it in
 
 
-@pytest.mark.parametrize("x", [0.0, 0.3, -0.7, math.pi / 4])
-def test_the_sines_that_are_counted_are_sines(x: float) -> None:
-    assert sine_and_cosine(x) == pytest.approx((math.sin(x), math.cos(x)), abs=1e-15)
+def count(function: Callable[..., Any], *arguments: Any) -> int:
+    """Operations that a function does."""
+    before = Counted.done
+    function(*arguments)
+    return Counted.done - before
 
 
-def test_sines_are_reduced_by_quarter_turns() -> None:
-    sine, cosine = sine_and_cosine(3.6)  # two quarter turns: both change their sign
-    assert (-sine, -cosine) == pytest.approx((math.sin(3.6), math.cos(3.6)), abs=1e-15)
+def sine_and_cosine(x: Any, sine: tuple[float, ...], cosine: tuple[float, ...]) -> tuple[Any, Any]:
+    """Both to rounding, up to the quadrant: x + x³P(x²) and 1 - x²/2 + x⁴Q(x²) (Cephes, 1984)."""
+    turns = round(x * (2.0 / math.pi))
+    r = ((x - turns * 1.57079625129699707031) - turns * 7.54978941586159635335e-8) - (
+        turns * 5.39030285815811905290e-15
+    )
+    z = r * r
+    p, q = sine[0], cosine[0]
+    for s, c in zip(sine[1:], cosine[1:], strict=True):
+        p, q = p * z + s, q * z + c
+    return r + r * z * p, (1.0 - 0.5 * z) + z * z * q
 
 
-def test_flops_do_not_depend_on_the_walker() -> None:
-    flops = {evaluation_flops(make_problem(name).constants) for name in WALKERS}
-    ((locked, free),) = flops
-    assert 3 * 37 < locked < free < 300
-    assert step_flops(6) == 6 * step_flops(1)
+def test_the_flops_stated_are_those_of_the_equations() -> None:
+    numbers = [Counted(1.0) for _ in Constants._fields]
+    c, turns, rates = Constants(*numbers), numbers[:6], numbers[:3]  # type: ignore[arg-type]
+    coefficients = (1.0,) * 6  # of each polynomial
+    assert count(sine_and_cosine, Counted(1.0), coefficients, coefficients) == SINE_AND_COSINE
+    # The foot's angle is the leg's less the lock: one more with the foot locked.
+    assert count(locked_accelerations, c, turns, rates) + 1 == EVALUATION[0] - 3 * SINE_AND_COSINE
+    assert count(free_accelerations, c, turns, rates) == EVALUATION[1] - 3 * SINE_AND_COSINE
+
+
+def test_the_flops_of_a_step_are_those_of_the_tableau() -> None:
+    stages = sum(2 * int(np.count_nonzero(row)) + 1 for row in DOP853.A[1:])
+    end = 2 * int(np.count_nonzero(DOP853.B)) + 1
+    errors = 2 * int(np.count_nonzero(DOP853.E3) + np.count_nonzero(DOP853.E5))
+    norms = 3 + 2 * 3  # tolerance·max(...) and the quotients by it; squares and sums
+    assert ((stages + end + errors + norms) * np.array([4, 6]) == STEP).all()
 
 
 def test_speeds_are_read_between_the_rungs() -> None:
@@ -125,19 +162,37 @@ def test_speeds_are_read_between_the_rungs() -> None:
     assert math.isnan(speed_at(1e-6, np.array([math.inf]), np.array([1.0])))
 
 
-def test_every_case_takes_its_turn_in_every_round() -> None:
-    calls: list[str] = []
-    cases = [Case(lambda name=name: calls.append(name), 10) for name in "ab"]  # type: ignore[misc]
-    timings = measure(cases, 0.01, rounds=4)
-    turns = [name for name, _ in itertools.groupby(calls)]
-    assert turns[-8:] == ["a", "b"] * 4
-    assert all(timing.wall.shape == (4,) and timing.rate > 0 for timing in timings)
+class Clock:
+    """A clock that goes on only when somebody works."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 0.0
+        for name in ("perf_counter", "process_time"):
+            monkeypatch.setattr(timing_module.time, name, lambda: self.now)
+
+    def work(self, seconds: float) -> None:
+        self.now += seconds
 
 
-def test_rounds_are_given_up_where_there_is_no_time_for_them() -> None:
-    (timing,) = measure([Case(lambda: time.sleep(0.01), 1)], 0.001)
-    assert timing.wall.shape == (1,)
-    assert timing.rate < 100
+def test_every_case_takes_its_turn_in_every_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, calls = Clock(monkeypatch), []
+
+    def case(name: str, seconds: float) -> Case:
+        return Case(lambda: (calls.append(name), clock.work(seconds)), 10)
+
+    quick, slow = measure([case("quick", 1e-4), case("slow", 5e-4)], 0.01, rounds=4)
+    turns = [(name, len(list(group))) for name, group in itertools.groupby(calls)]
+    assert turns == [("quick", 2), ("slow", 2), *[("quick", 25), ("slow", 5)] * 4]
+    assert quick.wall == pytest.approx([1e-5] * 4)
+    assert slow.cpu == pytest.approx([5e-5] * 4)
+
+
+def test_rounds_are_given_up_where_there_is_no_time_for_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock(monkeypatch)
+    (timing,) = measure([Case(lambda: clock.work(0.01))], 0.001)
+    assert timing.wall == pytest.approx([0.01])
 
 
 def test_rates_are_medians_of_the_rounds() -> None:
@@ -154,11 +209,10 @@ def test_cores_double_up_to_all() -> None:
 
 
 def test_what_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(contenders_module.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     found = precision(make_problem("camp1997"), [1e-4], 0.001)
-    assert isinstance(found, Precision)
-    assert "heyoka, scalar" in found.missing
-    assert "not installed: pip install heyoka" in precision_text(found)
+    assert found.data["missing"] == {"heyoka, scalar": "not installed: pip install heyoka"}
+    assert "heyoka, scalar: not installed: pip install heyoka" in found.text
 
 
 def test_the_command_measures_writes_and_draws(
@@ -171,13 +225,12 @@ def test_the_command_measures_writes_and_draws(
     data = json.loads(capsys.readouterr().out)
     assert set(sections) < set(data)
     assert {Path(file) for file in data["written"]} == set(folder.iterdir())
-    assert {"bench.json", "bench.txt", "work_precision.svg", "scaling-cores.csv"} <= {
-        path.name for path in folder.iterdir()
-    }
+    named = {path.name for path in folder.iterdir()}
+    assert {"bench.json", "bench.txt", "work_precision.svg"} <= named
     own = [rung for rung in data["precision"]["rungs"] if rung["method"] == "ours, a batch"]
     assert 0 < own[0]["error"] < 1e-5
-    assert data["roofline"]["bound"] > own[0]["strides_per_second"] > 0
-    assert data["scaling"]["cores"][0] == 1
+    assert data["roofline"]["flops"] == pytest.approx(74_700, abs=100)  # of one stride
+    assert data["scaling"]["by_cores"]["cores"][0] == 1
     with (folder / "work_precision.csv").open(encoding="utf-8") as file:
         assert len(list(csv.DictReader(file))) == len(data["precision"]["rungs"])
     assert json.loads((folder / "bench.json").read_text())["preset"] == "camp1997"
@@ -185,28 +238,44 @@ def test_the_command_measures_writes_and_draws(
     assert "exists already" in capsys.readouterr().err
 
 
-@pytest.mark.filterwarnings("ignore")  # of other people's environments, if they are installed
-def test_the_environments_are_measured(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*QUICK, "--preset", "round-foot", "--only", "environments"]) == 0
-    text = capsys.readouterr().out
+def test_the_environments_are_measured() -> None:
+    text = environments("round-foot", 0.001, crowd=50).text
     assert "PoweredWalkerRoundFoot-v0" in text
+    assert re.search(r"env\.step, with its resets +[\d.,]+ µs", text)
     assert re.search(r"50 walkers: memory +\d+ bytes each", text)
-    assert re.search(r"BipedalWalker-v3 +.*(µs a step|not installed: pip install)", text)
 
 
-def test_a_new_process_reaches_its_first_stride() -> None:
-    found = startup(processes=1)
-    assert all(seconds > 0 for seconds in (*found.environment.values(), *found.stride.values()))
-    assert found.environment["second env.step"] < found.first_process
+def test_a_cold_start_is_told_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = times({})  # over the kernels that there are
+    for part in ("imports", "first stride", "first find_gait"):
+        assert all(seconds >= 0 for seconds in found[part])
+    caches: list[str] = []
+
+    def remembered(environment: Mapping[str, str]) -> Any:
+        caches.append(environment["NUMBA_CACHE_DIR"])
+        assert Path(caches[-1]).is_dir() and not list(Path(caches[-1]).iterdir())
+        return found
+
+    monkeypatch.setattr(startup_module, "times", remembered)
+    told = startup()
+    assert caches[0] == caches[1]  # the second run finds what the first has left
+    assert not Path(caches[0]).exists()
+    assert set(told.data) == {"empty cache", "kernels on disk"}
+    assert "first env.step, with make and reset" in told.text
+
+
+def test_a_process_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(startup_module, "PARTS", "raise SystemExit('no floor')")
+    with pytest.raises(RuntimeError, match="a new process failed to walk: no floor"):
+        times({})
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--seconds", "-1"], "seconds must be positive and finite, got -1.0"),
-        (["--seconds", "nan"], "seconds must be positive and finite, got nan"),
+        (["--seconds", "-1"], "--seconds must be positive and finite, got -1.0"),
+        (["--seconds", "nan"], "--seconds must be positive and finite, got nan"),
         (["--rtol", "2"], r"rtol must lie in \[1e-13, 0.001\], got 2.0"),
-        (["--walkers", "0"], "--walkers must be at least 1, got 0"),
         (["--out", "no/such"], "does not exist; make it first"),
     ],
 )
@@ -232,15 +301,3 @@ def test_unknown_sections_and_walkers_are_refused(
         main([*arguments])
     assert stopped.value.code == 2
     assert "invalid choice" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_a_batch_is_faster_than_scipy_by_far() -> None:
-    found = precision(make_problem("camp1997"), [1e-6, 1e-8, 1e-10], 2.0)
-    own = [rung.ratio for rung in found.rungs if rung.method == "ours, a batch"]
-    assert min(own) > 20
-
-
-def test_constants_need_the_conserving_physics() -> None:
-    with pytest.raises(ValueError, match="equations to compare with"):
-        constants(WalkerParams(physics="as_published"), Control(2.9, 700.0))

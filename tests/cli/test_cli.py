@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from powered_walker_env import PRESETS
+from powered_walker_env import PRESETS, WalkerParams
 from powered_walker_env.cli import main
-from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.powering import CONTROL_NUMBERS, SCHEMES, scheme_of
+from powered_walker_env.model.quantities import quantities
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -20,8 +21,9 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 def test_a_bare_walk_walks_ten_strides(capsys: pytest.CaptureFixture[str]) -> None:
     lines = run(capsys, "walk").splitlines()
-    assert len(lines) == 13
-    assert lines[0] == "scheme: motor, switch angle 2.9068, stall torque 729.8"
+    assert len(lines) == 14
+    assert lines[0] == "scheme: motor, switch angle 2.9068 rad, stall torque 729.8 N m"
+    assert lines[2].split() == ["rad", "rad", "rad/s", "rad/s", "m"]
     assert lines[-1].startswith("walked: ")
 
 
@@ -29,7 +31,16 @@ def test_a_push_makes_the_walker_fall_and_says_how(capsys: pytest.CaptureFixture
     data = json.loads(run(capsys, "walk", "--push", "0.3", "0.3", "--json"))
     assert data["outcome"] != "walked"
     assert data["strides"] == len(data["states"]) - 1 < 10
-    assert len(data["heel_strikes_s"]) in (data["strides"], data["strides"] + 1)
+    assert len(data["heel_strikes_s"]) == data["strides"]  # a fall is no strike
+    assert data["heel_strikes_s"] == sorted(data["heel_strikes_s"])
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_gait_strikes_once_a_duration(preset: str, capsys: pytest.CaptureFixture[str]) -> None:
+    gait = json.loads(run(capsys, "gait", "--preset", preset, "--json"))
+    walk = json.loads(run(capsys, "walk", "--preset", preset, "--strides", "3", "--json"))
+    expected = [gait["duration_s"] * k for k in (1, 2, 3)]
+    assert walk["heel_strikes_s"] == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -44,8 +55,43 @@ def test_gait_prints_the_multipliers_of_a_preset(
 
 
 def test_presets_name_their_source(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "Camp 1997" in run(capsys, "presets")
-    assert set(json.loads(run(capsys, "presets", "--json"))) == set(PRESETS)
+    text, data = run(capsys, "presets"), json.loads(run(capsys, "presets", "--json"))
+    assert "Camp 1997" in text
+    assert set(data) == set(PRESETS)
+    (line,) = [line for line in text.splitlines() if line.startswith("simplest ")]
+    assert line.split() == ["simplest", "passive", "0.009", "rad", "0.5891", "stable"]
+    assert data["simplest"]["spectral_radius"] == pytest.approx(0.5891, abs=1e-4)
+
+
+def test_help_has_every_number_with_its_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("walk", "gait", "branch", "basin", "boundary", "bifurcation"):
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        text = "".join(capsys.readouterr().out.split())  # lines break at hyphens, too
+        for owner in (WalkerParams, *(scheme.control for scheme in SCHEMES.values())):
+            for number in quantities(owner).values() if owner else ():
+                assert number.axis.replace(" ", "") in text or number.name in CONTROL_NUMBERS
+                assert number.label.replace(" ", "") in text
+                assert number.unit.replace(" ", "") in text
+    with pytest.raises(SystemExit):
+        main(["bifurcation", "--help"])
+    assert "1% to either side" in " ".join(capsys.readouterr().out.split())
+
+
+def test_negative_numbers_are_numbers_however_they_are_written(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told = [
+        run(capsys, "walk", "--strides", "2", "--push", written, "0", "--json")
+        for written in ("-1e-3", "-0.001", "-.001", "-1E-03")
+    ]
+    assert len(set(told)) == 1
+    pushed = json.loads(told[0])["states"][0][2]
+    assert pushed == PRESETS["camp1997"].state.stance_rate - 1e-3
+    whole = json.loads(run(capsys, "walk", "--strides", "1", "--push", "-0", "-0e5", "--json"))
+    assert whole["states"][0] == list(PRESETS["camp1997"].state)
+    slope = ("--parameter", "slope", "--bounds", "-1e-3", "1e-3", "--no-doubled", "--step", "0.2")
+    assert json.loads(run(capsys, "branch", *slope, "--json"))["branches"][0]["values"][0] < 0
 
 
 def test_a_walk_can_be_written_as_an_animation(
@@ -53,6 +99,8 @@ def test_a_walk_can_be_written_as_an_animation(
 ) -> None:
     run(capsys, "walk", "--strides", "1", "--animation", str(tmp_path / "walk.gif"))
     assert (tmp_path / "walk.gif").read_bytes()[:4] == b"GIF8"
+    assert main(["walk", "--animation", str(tmp_path / "walk.gif")]) == 2
+    assert "choose another --animation, or --overwrite" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

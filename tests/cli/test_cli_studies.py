@@ -15,7 +15,7 @@ import pytest
 
 from powered_walker_env import PRESETS, Gait
 from powered_walker_env.cli import main
-from powered_walker_env.cli.output import Progress, bar, clock
+from powered_walker_env.cli.output import Progress
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.results import load_result, result_info
 
@@ -46,6 +46,17 @@ def test_a_study_is_saved_drawn_and_told(
     assert {Path(file) for file in data["written"]} == set(tmp_path.iterdir())
     suffixes = {path.suffix for path in tmp_path.iterdir()}
     assert suffixes == {".npz", ".png", ".svg", ".csv"}
+    assert main([*STUDIES[name], "--out", str(base)]) == 2  # nothing of it is overwritten
+    for path in tmp_path.iterdir():  # not even one file of all
+        others = [other for other in tmp_path.iterdir() if other != path]
+        kept = [(other, other.read_bytes()) for other in others]
+        for other in others:
+            other.unlink()
+        assert main([*STUDIES[name], "--out", str(base)]) == 2
+        assert "exists already" in capsys.readouterr().err
+        assert [*tmp_path.iterdir()] == [path]
+        for other, content in kept:
+            other.write_bytes(content)
     assert result_info(f"{base}.npz")["settings"]["preset"] == "camp1997-as-published"
     load_result(f"{base}.npz")
 
@@ -143,7 +154,7 @@ def test_an_interrupted_basin_goes_on_where_it_stopped(
         assert main([*BASIN, *out]) == 130
     error = capsys.readouterr().err
     assert error == "powered-walker: interrupted; the same command goes on from here\n"
-    left = sorted((tmp_path / "basin.unfinished").glob("*.pickle"))
+    left = sorted((tmp_path / "basin.unfinished").glob("*.npz"))
     assert 1 <= len(left) < 3
     told: list[tuple[int, int]] = []
     with monkeypatch.context() as patch:
@@ -187,7 +198,7 @@ def test_interruption_is_quiet_and_has_its_status(
         (["basin", "--strides", "0"], 2, "strides must be at least 1"),
         (["basin", "--address", "here:1"], 2, "address must be left out for 'loky'"),
         (["bifurcation", "--points", "1"], 2, "--points must be at least 2"),
-        (["bifurcation", "--keep", "1"], 2, "keep at least 2"),
+        (["bifurcation", "--keep", "1"], 2, "keep must be at least 2"),
         (["branch", "--set", "stall_torque=1"], 1, "no gait of period 1 found"),
     ],
 )
@@ -240,25 +251,44 @@ def test_without_matplotlib_plots_are_refused_with_the_remedy_and_results_are_no
     assert [path.name for path in tmp_path.iterdir()] == ["gait.npz"]
 
 
-def test_the_bar_fills_and_tells_the_time_left() -> None:
-    assert bar("basin", 0, 4, float("nan")) == f"basin [{'.' * 24}]   0 %"
-    assert bar("basin", 1, 4, 75.4) == f"basin [{'#' * 6}{'.' * 18}]  25 %  1:15 left"
-    assert bar("basin", 4, 4, 0.0) == f"basin [{'#' * 24}] 100 %  0:00 left"
-    assert clock(7384) == "2 h 03 min"
-
-
 def test_progress_is_for_terminals_and_cleans_up(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    with Progress("basin") as progress:
+        progress(1, 2, 3.0)
+    assert not capsys.readouterr().err
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     with Progress("basin") as progress:
         progress(1, 2, 3.0)
+        progress(2, 2, 0.0)
     error = capsys.readouterr().err
-    assert "basin [############............]  50 %  0:03 left" in error
-    assert error.endswith("\r\x1b[K")
+    assert "basin:  50%" in error and "1/2" in error
+    assert error.endswith("\r")  # nothing is left of it
 
 
-def test_every_preset_has_the_useful_defaults(capsys: pytest.CaptureFixture[str]) -> None:
-    for preset in PRESETS:
-        text = run(capsys, "branch", "--preset", preset, "--step", "0.1", "--no-doubled")
-        assert "stable from" in text
+def test_the_plane_of_schwab_and_wisse_is_had_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ("--points", "60", "60", "--strides", "60", "--backend", "threading", "--no-plot")
+    out = ("--out", str(tmp_path / "plane"), "--json")
+    data = json.loads(run(capsys, "basin", "--slice", "schwab-wisse", *few, *out))
+    assert data["ranges"] == [[-0.5, 0.0], [0.0, 0.5]]
+    assert 0 < data["attracted_share"] < 0.02  # a thin strip, as they found
+    found = load_result(tmp_path / "plane.npz")
+    assert found.params.slope == 0.004 and found.params.massless_foot
+    np.testing.assert_allclose(found.states[:, 1], -found.states[:, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["round-foot", "camp1997-as-published", "hip-torque"])
+def test_a_basin_is_looked_at_whole(preset: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without bounds the window holds the gait, and all but strays of what ends on it."""
+    few = ("--points", "60", "60", "--backend", "threading", "--json")
+    data = json.loads(run(capsys, "basin", "--preset", preset, *few))
+    state = PRESETS[preset].state
+    for (low, high), value in zip(data["ranges"], (state.stance_angle, state.stance_rate),
+                                  strict=True):  # fmt: skip
+        assert low < value < high
+    ends = np.array(data["attractor"]) >= 0
+    border = np.concatenate([ends[0], ends[-1], ends[:, 0], ends[:, -1]])
+    assert ends.sum() > 30
+    assert border.sum() < 0.1 * ends.sum()

@@ -9,10 +9,8 @@ import pytest
 
 from powered_walker_env import PRESETS
 from powered_walker_env.cli import main
-from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.powering import SCHEMES, scheme_of
 from tests.helpers.samples import POWERED
-
-FEW = ("--backend", "threading", "--json")
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -50,22 +48,44 @@ def test_a_scheme_and_its_numbers_can_be_chosen(capsys: pytest.CaptureFixture[st
     assert json.loads(run(capsys, "gait", *off))["control"] is None
 
 
-def test_every_study_takes_the_toe_off_walker(capsys: pytest.CaptureFixture[str]) -> None:
-    walker = ("--preset", "toe-off")
-    walked = run(capsys, "walk", *walker, "--strides", "2")
-    assert walked.startswith("scheme: toe-off, impulse 0.1\n")
-    branch = json.loads(run(capsys, "branch", *walker, "--step", "0.2", "--json"))
-    assert branch["branches"][0]["parameter"] == "impulse"
-    ramps = ("--points", "3", "--transient", "2", "--keep", "4")
-    assert json.loads(run(capsys, "bifurcation", *walker, *ramps, *FEW))["parameter"] == "impulse"
-    points = ("--points", "3", "3", "--strides", "10")
-    assert json.loads(run(capsys, "basin", *walker, *points, *FEW))["points"] == [3, 3]
+#: Every study of a walker, small.
+STUDIES = {
+    "walk": ("--strides", "2"),
+    "gait": (),
+    "branch": ("--step", "0.2", "--no-doubled"),
+    "bifurcation": ("--points", "3", "--transient", "2", "--keep", "4", "--backend", "threading"),
+    "boundary": ("--step", "0.4", "--backend", "threading"),
+    "basin": ("--points", "3", "3", "--strides", "5", "--backend", "threading"),
+    "energetics": ("--step", "0.5"),
+}
+#: A walker for each scheme that no preset has.
+OTHERS = {
+    "toe-off-at-strike": ("--preset", "toe-off", "--scheme", "toe-off-at-strike"),
+    "late-toe-off": ("--preset", "toe-off", "--scheme", "late-toe-off"),
+}
+WALKERS = {name: ("--preset", name) for name in PRESETS} | OTHERS
+#: The first walker of each scheme, whose studies are drawn, too.
+DRAWN = {scheme_of(preset.control).name: name for name, preset in reversed(PRESETS.items())}
 
 
-def test_the_hip_walkers_stability_ends_somewhere(capsys: pytest.CaptureFixture[str]) -> None:
-    bounds = ("--bounds", "3.05", "3.15", "0.01", "0.15", "--step", "0.2", "--json")
-    data = json.loads(run(capsys, "boundary", "--preset", "hip-torque", *bounds))
-    assert data["boundaries"][0]["parameters"] == ["switch_angle", "hip_torque"]
+def test_the_walkers_have_every_scheme() -> None:
+    own = {scheme_of(preset.control).name for preset in PRESETS.values()}
+    assert own | set(OTHERS) == set(SCHEMES)
+
+
+@pytest.mark.parametrize("walker", WALKERS)
+@pytest.mark.parametrize("study", STUDIES)
+def test_every_study_takes_every_walker_and_draws_every_scheme(
+    study: str, walker: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    drawn = walker in (*OTHERS, *DRAWN.values())
+    plot = () if drawn else ("--no-plot",)
+    out = ("--json", "--out", str(tmp_path / "x"), *plot)
+    data = json.loads(run(capsys, study, *WALKERS[walker], *STUDIES[study], *out))
+    assert {Path(file) for file in data["written"]} == set(tmp_path.iterdir())
+    assert (tmp_path / "x.png").is_file() == drawn
+    assert (tmp_path / ("x.json" if study == "energetics" else "x.npz")).is_file()
 
 
 def test_presets_show_their_schemes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -74,14 +94,6 @@ def test_presets_show_their_schemes(capsys: pytest.CaptureFixture[str]) -> None:
         assert data[name]["scheme"] == scheme_of(preset.control).name
         (line,) = [line for line in text.splitlines() if line.startswith(f"{name} ")]
         assert line.split()[1] == data[name]["scheme"]
-
-
-def test_a_stopped_gait_is_drawn_with_its_motor(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pytest.importorskip("matplotlib")
-    run(capsys, "gait", "--preset", "motor-with-stop", "--out", str(tmp_path / "gait"))
-    assert (tmp_path / "gait.png").is_file()
 
 
 @pytest.mark.parametrize(
@@ -99,7 +111,6 @@ def test_a_stopped_gait_is_drawn_with_its_motor(
             "foot_length must be positive for a powered walker",
         ),
         (["branch", "--preset", "toe-off", "--parameter", "stall_torque"], "must not be 'stall"),
-        (["gait", "--preset", "hip-torque", "--out", "gait"], "add --no-plot"),
         (["gait", "--preset", "hip-torque", "--set", "impulse=1"], "hip-torque has no impulse"),
     ],
 )  # fmt: skip

@@ -77,8 +77,9 @@ def test_any_environment_of_the_package_or_its_task_will_do() -> None:
         assert policy_of(env, Linear(np.float64)).task.params == TASK.params
     with pytest.raises(TypeError, match="env must be an environment of this package"):
         policy_of(object(), Linear(np.float64))
+    assert policy_of(ENV, lambda x: 0.1 * x[:, :2])(TASK.gait[:1]).shape == (1, 2)
     with pytest.raises(TypeError, match="controller must have a method predict"):
-        policy_of(ENV, lambda observation: observation)  # type: ignore[arg-type]
+        policy_of(ENV, "lqr")
 
 
 def test_controllers_with_a_memory_or_of_another_task_are_refused() -> None:
@@ -97,7 +98,7 @@ def test_controllers_with_a_memory_or_of_another_task_are_refused() -> None:
 @pytest.mark.parametrize("name", ["PPO", "SAC", "TD3"])
 def test_a_network_in_double_precision_has_exact_multipliers(name: str) -> None:
     sb3 = pytest.importorskip("stable_baselines3")
-    from powered_walker_env.controllers.double_precision import double_precision
+    from powered_walker_env.controllers.stable_baselines import double_precision
 
     size = {"net_arch": [8, 8]}
     model = getattr(sb3, name)("MlpPolicy", ENV, policy_kwargs=size, seed=3, device="cpu")

@@ -17,24 +17,20 @@ from powered_walker_env import (
     PoweredWalkerVectorEnv,
     WalkerParams,
 )
-from powered_walker_env.envs.disturbances import (
-    KINDS,
-    LEVELS,
-    SPREAD_FIELDS,
-    disturbance_of,
-    episode_params,
-)
+from powered_walker_env.envs.disturbances import KINDS, SPREAD_FIELDS, episode_params
+from powered_walker_env.envs.levels import LEVELS, SIZES, disturbance_of
 from powered_walker_env.envs.task import state_scale
 from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.quantities import quantities
 from tests.helpers.episodes import EVERYTHING, make
 from tests.helpers.samples import MOTORS, POWERED
 
 COUNT = 4000
 ROUND = PRESETS["round-foot"]
-PUSHES = {  # rad/s, (light, rough): fixed
-    "camp1997": (0.005, 0.01),
-    "camp1997-as-published": (0.02, 0.04),
-    "round-foot": (0.02, 0.05),
+PUSHES = {  # rad/s, (light, medium, rough): fixed
+    "camp1997": (0.005, 0.007, 0.01),
+    "camp1997-as-published": (0.02, 0.028, 0.04),
+    "round-foot": (0.02, 0.032, 0.05),
 }
 
 
@@ -169,12 +165,11 @@ def test_every_controller_meets_the_same_disturbances() -> None:
 
 
 @pytest.mark.parametrize("preset", MOTORS)
-def test_every_preset_has_two_levels_of_every_kind(preset: str) -> None:
+def test_every_preset_has_three_levels_of_every_kind(preset: str) -> None:
     params = PRESETS[preset].params
     assert disturbance_of("none", preset, params) == Disturbance()
-    light, rough = (disturbance_of(level, preset, params) for level in LEVELS[1:])
-    assert (light.push, rough.push) == PUSHES[preset]
-    assert light == Disturbance(push=light.push)
+    pushes = [disturbance_of(level, preset, params) for level in LEVELS[1:]]
+    assert pushes == [Disturbance(push=size) for size in PUSHES[preset]]
     for kind in KINDS:
         sizes = []
         for level in LEVELS:
@@ -215,7 +210,7 @@ def typical(preset: str, disturbance: str) -> float:
     return float(np.exp(np.log1p(strides).mean()))
 
 
-@pytest.mark.parametrize("level", ["light", "rough"])
+@pytest.mark.parametrize("level", ["light", "medium", "rough"])
 @pytest.mark.parametrize("kind", ["ground", "slope", "torque", "parameters"])
 @pytest.mark.parametrize("preset", POWERED)
 def test_a_level_is_about_as_hard_in_every_kind(preset: str, kind: str, level: str) -> None:
@@ -225,17 +220,49 @@ def test_a_level_is_about_as_hard_in_every_kind(preset: str, kind: str, level: s
     assert typical(preset, f"{level}-{kind}") == pytest.approx(typical(preset, level), rel=0.35)
 
 
-def test_the_tables_of_the_environments_documentation_are_those_of_the_code() -> None:
+def test_the_documentation_has_the_sizes_of_all_levels_and_what_they_are_of() -> None:
+    """It is made from them: this reads it as a user does."""
     document = PoweredWalkerEnv.__doc__ or ""
-    for kind in KINDS:
-        rows = [line for line in document.splitlines() if f"| `{kind}` " in line]
-        levels = [pair for row in rows for pair in re.findall(r"([\d.]+) / ([\d.]+)", row)]
-        assert [float(level) for pair in levels for level in pair] == [
-            getattr(disturbance_of(f"{level}-{kind}", preset, PRESETS[preset].params), kind)
-            for preset in PUSHES
-            for level in LEVELS[1:]
-        ]
+    for kind, sizes in SIZES["round-foot"].items():
+        (row,) = [line for line in document.splitlines() if re.search(rf"`{kind}` .* / ", line)]
+        cells = [re.findall(r"[\d.]+", cell) for cell in row.split("|")[2:-1]]
+        assert [float(size) for size in cells[list(SIZES).index("round-foot")]] == list(sizes)
     for preset in PUSHES:
         control = PRESETS[preset].control
         assert control is not None
         assert f"{control.switch_angle} rad, {control.stall_torque:g} N m" in document
+    assert max(map(len, document.splitlines())) <= 180
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("preset", POWERED)
+def test_the_largest_deviation_allowed_fells_the_walker_and_nothing_else(
+    preset: str, kind: str
+) -> None:
+    """And a larger one is refused when the environment is made, not at a reset."""
+    most = quantities(Disturbance)[kind].domain.high
+    envs = walkers({kind: most}, 50, preset=preset, autoreset_mode="SameStep")
+    envs.reset(seed=0)
+    for _ in range(20):
+        observation, reward, *_, info = envs.step(np.zeros(envs.action_space.shape))
+        assert observation in envs.observation_space and np.isfinite(reward).all()
+        assert np.isfinite(info["state"]).all()
+    with pytest.raises(ValueError, match=rf"disturbance {kind} must be .* in \[0, .* got"):
+        walkers({kind: 1.01 * most}, 1, preset=preset)
+    with pytest.raises(ValueError, match=rf"disturbance {kind} must be .* got 1000000.0"):
+        walkers({kind: 1e6}, 1, preset=preset)
+
+
+@pytest.mark.parametrize("preset", POWERED)
+def test_sensor_noise_is_added_before_the_observation_is_clipped(preset: str) -> None:
+    """At the bound itself half of the noise is cut off; far outside all of it is."""
+    envs = walkers({"sensor": 0.5}, COUNT, preset=preset)
+    gait, scale = np.array(PRESETS[preset].state), state_scale(PRESETS[preset].params)
+    bound = np.array([20.0, -20.0, 20.0, -20.0])
+    at_bound, _ = envs.reset(seed=0, options={"state": gait + bound * scale})
+    assert at_bound in envs.observation_space
+    for column, edge in zip((at_bound * np.sign(bound)).T, abs(bound), strict=True):
+        assert column.max() == edge
+        assert np.mean(column < edge) == pytest.approx(0.5, abs=0.04)
+    outside, _ = envs.reset(seed=0, options={"state": gait + 2 * bound * scale})
+    np.testing.assert_array_equal(outside, np.tile(bound, (COUNT, 1)))

@@ -13,13 +13,15 @@ from powered_walker_env import (
     Control,
     Disturbance,
     GaitNotFoundError,
+    Outcome,
     PoweredWalkerEnv,
     PoweredWalkerVectorEnv,
     WalkerParams,
     find_gait,
     stride,
 )
-from tests.helpers.episodes import ROUND_FOOT, assert_same, make, record
+from powered_walker_env.envs.rewards import REWARDS
+from tests.helpers.episodes import FORWARD_FALL, ROUND_FOOT, assert_same, make, record
 from tests.helpers.samples import MOTORS
 
 CAMP, ROUND = PRESETS["camp1997"], PRESETS["round-foot"]
@@ -49,7 +51,10 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
     ({"effort_weight": -0.1}, "effort_weight must be finite and not negative, got -0.1"),
     ({"effort_weight": float("nan")}, "effort_weight must be finite"),
     ({"effort_weight": None}, "effort_weight must be a number, got None"),
-    ({"disturbance": "heavy"}, "disturbance must be one of none, light, rough.* got 'heavy'"),
+    (
+        {"disturbance": "heavy"},
+        "disturbance must be one of none, light, medium, rough.* got 'heavy'",
+    ),
     ({"disturbance": "light-wind"}, "ground.* got 'light-wind'"),
     ({"disturbance": {"wind": 1.0}}, "disturbance kinds are push, .* got 'wind'"),
     ({"disturbance": {"push": -1.0}}, "disturbance push must be .* got -1.0"),
@@ -109,16 +114,73 @@ def test_bad_reset_options_are_refused(options: dict[str, Any]) -> None:
         make().reset(options=options)
 
 
-def test_a_walk_begins_with_a_reset_and_ends_with_a_fall() -> None:
+def test_a_walk_begins_with_a_reset() -> None:
     env = make(render_mode="rgb_array")
     with pytest.raises(gym.error.ResetNeeded, match=r"call reset\(\)"):
         env.step(ZERO)
     with pytest.raises(gym.error.ResetNeeded, match=r"call reset\(\)"):
         env.render()
-    env.reset(options={"state": (0.9, 0.5, 3.0, 0.0)})
-    assert env.step(ZERO)[2]
-    with pytest.raises(gym.error.ResetNeeded, match="fall"):
-        env.step(ZERO)
+
+
+@pytest.mark.parametrize("reward", REWARDS)
+def test_a_step_after_a_fall_warns_once_and_changes_nothing(reward: str) -> None:
+    env = make(reward=reward, disturbance={"push": 0.02, "slope": 0.01})
+    env.reset(seed=0, options={"state": FORWARD_FALL})
+    last, _, fell, _, info = env.step(ZERO)
+    assert fell and env.outcome is Outcome.FELL_FORWARD
+    before = env.get_state()
+    with pytest.warns(UserWarning, match=r"after a fall: nothing happens until reset\(\)"):
+        given = env.step(ZERO)
+    assert_same(given, env.step(np.ones(2, np.float32)))  # a second warning would be an error
+    observation, value, terminated, truncated, again = given
+    np.testing.assert_array_equal(observation, last)
+    assert (value, terminated, truncated) == (0.0, True, False)
+    assert again["outcome"] == info["outcome"] and again["duration"] == 0.0
+    assert again.keys() == info.keys()
+    assert env.get_state() == before
+    env.reset()
+    assert env.outcome is Outcome.WALKED
+    untouched = make(reward=reward, disturbance={"push": 0.02, "slope": 0.01})
+    untouched.reset(seed=0, options={"state": FORWARD_FALL})
+    untouched.step(ZERO)
+    untouched.reset()
+    assert_same(env.step(ZERO), untouched.step(ZERO))  # no random number was spent
+
+
+BAD_STATES: list[tuple[Any, str]] = [
+    ({}, "without begun, seeded"),
+    (None, "got None without begun, seeded"),
+    ({"random": None}, r"saved random must be an integer in \[0, 18446744073709551616\), got None"),
+    ({"random": -1}, "saved random must be an integer"),
+    ({"outcome": 99}, "saved outcome must be an integer"),
+    ({"state": [0.0]}, r"saved state must be 4 finite numbers, got \[0.0\]"),
+    ({"observation": "far"}, "saved observation must be 4 finite numbers, got 'far'"),
+    ({"walker": [1.0]}, "saved walker must be"),
+    ({"level": float("nan")}, "saved level must be 1 finite numbers, got nan"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BAD_STATES, ids=str)
+def test_a_saved_state_that_is_none_is_refused_and_changes_nothing(
+    change: Any, message: str
+) -> None:
+    env = make()
+    env.reset(seed=0)
+    before = env.get_state()
+    saved = {**before, **change} if change else change
+    with pytest.raises(ValueError, match=message):
+        env.set_state(saved)
+    assert env.get_state() == before
+    for name in before:
+        without = {key: value for key, value in before.items() if key != name}
+        with pytest.raises(ValueError, match=f"without {name}"):
+            env.set_state(without)
+
+
+@pytest.mark.parametrize("maker", [PoweredWalkerEnv, PoweredWalkerVectorEnv])
+def test_an_argument_that_does_not_exist_is_named_with_those_that_do(maker: Any) -> None:
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'distrubance'.*disturbance"):
+        maker(distrubance="light")
 
 
 @pytest.mark.parametrize("name", MOTORS)

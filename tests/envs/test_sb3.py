@@ -7,8 +7,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from stable_baselines3 import PPO
 from stable_baselines3.common.env_checker import check_env
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, VecNormalize
 
 from powered_walker_env import ENVIRONMENTS
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
@@ -18,13 +21,18 @@ COUNT = 5
 
 
 def dummy(env_id: str = ROUND_FOOT, count: int = COUNT, **kwargs: Any) -> DummyVecEnv:
-    return DummyVecEnv([lambda: gym.make(env_id, **kwargs) for _ in range(count)])
+    """What SB3's `make_vec_env` makes."""
+    return DummyVecEnv([lambda: Monitor(gym.make(env_id, **kwargs)) for _ in range(count)])
 
 
 def assert_equal_infos(first: dict[str, Any], second: dict[str, Any]) -> None:
+    """The same values; time passes, and the adapter's numbers are Python's own."""
     assert set(first) == set(second)
     for name, value in first.items():
-        assert type(value) is type(second[name]), name
+        if name == "episode":
+            assert_equal_infos({**value, "t": 0.0}, {**second[name], "t": 0.0})
+            continue
+        assert np.asarray(value).dtype == np.asarray(second[name]).dtype, name
         np.testing.assert_array_equal(value, second[name], err_msg=name)
 
 
@@ -131,24 +139,81 @@ def test_stable_baselines3_accepts_the_single_environments() -> None:
         check_env(gym.make(env_id).unwrapped)
 
 
-def test_monitored_episodes_have_length_and_return() -> None:
-    env = VecMonitor(PoweredWalkerVecEnv(ROUND_FOOT, 2, seed=0, max_episode_steps=4))
+def walk_episodes(env: VecEnv, strides: int) -> tuple[list[Any], np.ndarray]:
+    """The episodes in the infos of an open-loop walk, and what was earned."""
     env.reset()
-    episodes = []
-    total = np.zeros(2)
-    for _ in range(4):
-        _, rewards, _, infos = env.step(np.zeros((2, 2)))
+    episodes, total = [], np.zeros(env.num_envs)
+    for _ in range(strides):
+        _, rewards, _, infos = env.step(np.zeros((env.num_envs, 2)))
         total += rewards
         episodes += [info["episode"] for info in infos if "episode" in info]
+    return episodes, total
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_episodes_are_monitored_inside_or_by_a_wrapper(wrapped: bool) -> None:
+    env: VecEnv = PoweredWalkerVecEnv(
+        ROUND_FOOT, 2, seed=0, max_episode_steps=4, monitor=not wrapped
+    )
+    episodes, total = walk_episodes(VecMonitor(env) if wrapped else env, 4)
     assert [episode["l"] for episode in episodes] == [4, 4]
     np.testing.assert_allclose([episode["r"] for episode in episodes], total, rtol=1e-6)
+    plain = PoweredWalkerVecEnv(ROUND_FOOT, 2, seed=0, max_episode_steps=4, monitor=False)
+    assert walk_episodes(plain, 4)[0] == []
+
+
+def test_the_mean_reward_of_episodes_is_logged() -> None:
+    model = PPO("MlpPolicy", PoweredWalkerVecEnv(ROUND_FOOT, 4, seed=0), n_steps=32, batch_size=64)
+    model.learn(256)
+    returns = [episode["r"] for episode in model.ep_info_buffer]
+    assert len(returns) > 4 and max(returns) > 1.0
+
+
+def test_an_evaluation_over_normalised_rewards_reports_raw_returns() -> None:
+    def mean(env: VecEnv) -> float:
+        env.seed(7)
+        policy = PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0)
+        return float(evaluate_policy(policy, env, 6, warn=True)[0])
+
+    normalised = VecNormalize(
+        PoweredWalkerVecEnv(ROUND_FOOT, 3), norm_obs=False, norm_reward=True, training=False
+    )
+    normalised.ret_rms.var = np.array(400.0)  # so that a reward is a twentieth
+    assert mean(normalised) == pytest.approx(mean(dummy(count=3)), rel=1e-6)
+
+
+def test_a_saved_state_has_the_returns_of_the_episodes_under_way() -> None:
+    first = PoweredWalkerVecEnv(ROUND_FOOT, 2, seed=0, max_episode_steps=4, disturbance="none")
+    first.reset()
+    for _ in range(3):
+        first.step(np.zeros((2, 2)))
+    second = PoweredWalkerVecEnv(ROUND_FOOT, 2, max_episode_steps=4, disturbance="none")
+    second.set_state(first.get_state())
+    infos = second.step(np.zeros((2, 2)))[3]
+    assert [info["episode"]["r"] for info in infos] == pytest.approx([4.0, 4.0], abs=1e-4)
+    with pytest.raises(ValueError, match="without walkers, elapsed, returns"):
+        second.set_state({})
+
+
+@pytest.mark.parametrize(
+    "change", [{"returns": [1.0]}, {"elapsed": "many"}, {"walkers": [{}, {}]}], ids=str
+)
+def test_a_saved_state_that_is_none_is_refused_and_changes_nothing(change: dict[str, Any]) -> None:
+    env = PoweredWalkerVecEnv(ROUND_FOOT, 2, seed=0)
+    env.reset()
+    saved = env.get_state()
+    saved["walkers"][0]["level"] = 0.5
+    with pytest.raises(ValueError, match=r"saved (returns|elapsed|must)"):
+        env.set_state(saved | change)
+    assert env.get_state()["walkers"][0]["level"] == 0.0
 
 
 def test_the_rest_of_the_interface() -> None:
     env = PoweredWalkerVecEnv(ROUND_FOOT, 3)
     assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
     assert env.has_attr("task") and not env.has_attr("nothing")
-    assert env.env_is_wrapped(gym.Wrapper, indices=0) == [False]
+    assert env.env_is_wrapped(gym.wrappers.TimeLimit, indices=0) == [False]
+    assert env.env_is_wrapped(Monitor) == [True] * 3
     assert env.render_mode is None
     with pytest.raises(AttributeError, match="share one task"):
         env.set_attr("task", None)
@@ -159,5 +224,7 @@ def test_the_rest_of_the_interface() -> None:
 def test_environments_of_others_are_refused() -> None:
     with pytest.raises(ValueError, match=r"this package .* got 'CartPole-v1'"):
         PoweredWalkerVecEnv("CartPole-v1", 2)
-    with pytest.raises(ValueError, match=r"takes \{'speed': 3\}, got 'PoweredWalker-v0'"):
+    with pytest.raises(ValueError, match=r"got 'PoweredWalker-v0': .* keyword argument 'speed'"):
         PoweredWalkerVecEnv("PoweredWalker-v0", 2, speed=3)
+    with pytest.raises(ValueError, match="autoreset_mode is 'SameStep' here"):
+        PoweredWalkerVecEnv("PoweredWalker-v0", 2, autoreset_mode="Disabled")

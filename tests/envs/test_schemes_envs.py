@@ -239,9 +239,8 @@ def test_every_scheme_is_drawn(name: str) -> None:
 @pytest.mark.parametrize("name", DECIDING)
 def test_an_episode_of_every_scheme_is_recorded(name: str, own_id: str) -> None:
     pytest.importorskip("stable_baselines3")
-    from agents.controllers import LQR, OpenLoop
-    from agents.evaluate import evaluate
     from agents.recording import nominal_stride, record
+    from powered_walker_env.controllers import LQR, OpenLoop, evaluate
 
     env = gym.make(own_id, **scheme_arguments(name)).unwrapped
     assert isinstance(env, PoweredWalkerEnv)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import sys
+import copy
+import pickle
 import types
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
-from powered_walker_env import Outcome
-from powered_walker_env.envs.walker import RENDER_FPS
+from powered_walker_env import Outcome, PoweredWalkerEnv
+from powered_walker_env.envs import show
+from powered_walker_env.envs.gallery import RENDER_FPS
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, ROUND_FOOT, assert_same, make, record
 
 pygame = pytest.importorskip("pygame")
@@ -85,12 +87,18 @@ def test_the_picture_follows_a_restored_state() -> None:
     assert is_picture(env.render())
 
 
-def test_the_window_shows_every_stride_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The frames that windows are given."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    shown: list[Any] = []
+    frames: list[Any] = []
     monkeypatch.setattr(
-        "powered_walker_env.pictures.film.Window.show", lambda window, frames: shown.extend(frames)
+        "powered_walker_env.pictures.window.Window.show", lambda window, more: frames.extend(more)
     )
+    return frames
+
+
+def test_the_window_shows_every_stride_at_once(shown: list[Any]) -> None:
     env = gym.make(ROUND_FOOT, render_mode="human")
     env.reset(seed=0)
     assert len(shown) == 1
@@ -100,8 +108,7 @@ def test_the_window_shows_every_stride_at_once(monkeypatch: pytest.MonkeyPatch) 
     env.close()
 
 
-def test_a_window_opens_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+def test_a_window_opens_and_closes(window: None) -> None:
     env = gym.make(ROUND_FOOT, render_mode="human")
     env.reset(seed=0)
     assert pygame.display.get_surface() is not None
@@ -118,45 +125,158 @@ def test_render_without_a_mode_says_what_to_do() -> None:
 
 
 @pytest.fixture
-def clips(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Stands in for moviepy: the frames and the rate of every clip written."""
-    written: list[Any] = []
+def window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A screen that nobody sees, on which time does not pass."""
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    clock = types.SimpleNamespace(tick=lambda rate: None)
+    monkeypatch.setattr(pygame.time, "Clock", lambda: clock)
 
-    class ImageSequenceClip:
-        def __init__(self, frames: list[np.ndarray], fps: float) -> None:
-            self.frames, self.fps = list(frames), fps
 
-        def write_videofile(self, path: str, **_: Any) -> None:
-            written.append((self.frames, self.fps))
-
-    last = types.ModuleType("moviepy.video.io.ImageSequenceClip")
-    last.ImageSequenceClip = ImageSequenceClip  # type: ignore[attr-defined]
-    names = ("moviepy", "moviepy.video", "moviepy.video.io")
-    for module in (*map(types.ModuleType, names), last):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-    return written
+def test_pictures_nobody_takes_are_kept_as_numbers_and_not_without_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert show.KEPT <= 100
+    monkeypatch.setattr(show, "KEPT", 6)
+    env = PoweredWalkerEnv(preset="round-foot", render_mode="rgb_array_list", disturbance="none")
+    env.reset(seed=0)
+    size = len(pickle.dumps(env))
+    durations = [env.step(ZERO)[4]["duration"] for _ in range(6)]
+    kept = len(pickle.dumps(env)) - size
+    assert kept < 2000 * 6
+    for _ in range(30):
+        durations.append(env.step(ZERO)[4]["duration"])
+    assert len(pickle.dumps(env)) - size < kept + 20_000  # and where it stands
+    frames = env.render()
+    assert len(frames) == pytest.approx(RENDER_FPS * sum(durations[-6:]), abs=2)
+    assert env.render() == []
 
 
 @pytest.mark.parametrize("mode", ["rgb_array", "rgb_array_list"])
-def test_gymnasiums_recorder_takes_one_picture_of_each_stride(
-    mode: str, tmp_path: Path, clips: list[Any]
+def test_when_one_looks_does_not_change_what_one_sees(
+    mode: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Every stride, or once at the end, past what is kept."""
+    often, once = (
+        PoweredWalkerEnv(preset="round-foot", render_mode=mode, disturbance={"ground": 0.001})
+        for _ in range(2)
+    )
+    for env in (often, once):
+        env.reset(seed=3)
+    monkeypatch.setattr(show, "KEPT", 3)
+    for _ in range(5):
+        over = [env.step(ZERO)[2] for env in (often, once)]
+        seen = often.render()
+        assert not any(over)
+    last = once.render()
+    if mode == "rgb_array_list":
+        seen, last = seen[-1], last[-1]
+    np.testing.assert_array_equal(last, seen)
+
+
+COPIES = [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))]
+
+
+@pytest.mark.parametrize("copies", COPIES, ids=["deepcopy", "pickle"])
+@pytest.mark.parametrize("mode", ["rgb_array", "rgb_array_list", "human"])
+def test_a_copy_draws_what_the_original_draws(mode: str, copies: Any, window: None) -> None:
     env = gym.make(ROUND_FOOT, render_mode=mode, disturbance="none")
-    recorder = gym.wrappers.RecordVideo(env, str(tmp_path / "videos"), lambda episode: True)
-    recorder.reset(seed=0)
-    for _ in range(3):
-        recorder.step(ZERO)
-    recorder.close()
-    ((frames, _),) = clips
-    assert len(frames) == 4 and all(map(is_picture, frames))
+    for before in ("reset", "step"):
+        env.reset(seed=0)
+        if before == "step":
+            env.step(ZERO)
+        twin = copies(env)
+        assert_same(env.step(ZERO), twin.step(ZERO))
+        assert_same(env.render(), twin.render())
+        twin.close()
+    env.close()
 
 
-def test_gymnasiums_save_video_takes_all_pictures(tmp_path: Path, clips: list[Any]) -> None:
-    from gymnasium.utils.save_video import save_video
+@pytest.mark.parametrize("mode", ["rgb_array", "human"])
+def test_others_may_quit_pygame(mode: str, window: None) -> None:
+    """As the environments of Gymnasium do when they are closed."""
+    env, untouched = make(render_mode=mode), make(render_mode=mode)
+    for each in (env, untouched):
+        each.reset(seed=0)
+        each.render()
+    pygame.quit()
+    for _ in range(2):
+        env.step(ZERO)
+        untouched.step(ZERO)
+        assert_same(env.render(), untouched.render())
+    cartpole = gym.make("CartPole-v1", render_mode="rgb_array")
+    cartpole.reset()
+    cartpole.render()
+    cartpole.close()
+    env.reset(seed=1)
+    env.render()
+    env.close()
+    untouched.close()
 
-    env = gym.make(ROUND_FOOT, render_mode="rgb_array_list", disturbance="none")
-    env.reset(seed=0)
-    walked = sum(env.step(ZERO)[4]["duration"] for _ in range(3))
-    save_video(env.render(), str(tmp_path / "videos"), fps=env.metadata["render_fps"])
-    ((frames, fps),) = clips
-    assert len(frames) / fps == pytest.approx(walked, abs=0.1)
+
+def test_closing_one_window_leaves_the_others_open(window: None) -> None:
+    one, two = (gym.make(ROUND_FOOT, render_mode="human", disturbance="none") for _ in range(2))
+    for env in (one, two):
+        env.reset(seed=0)
+    one.close()
+    assert pygame.display.get_init() and pygame.display.get_surface() is not None
+    two.step(ZERO)
+    two.close()
+    assert not pygame.display.get_init()
+
+
+def batches(mode: AutoresetMode) -> tuple[Any, Any]:
+    """The native environment and Gymnasium's, both with pictures."""
+    arguments = {"render_mode": "rgb_array", "max_episode_steps": 3, "disturbance": EVERYTHING}
+    native = gym.make_vec(ROUND_FOOT, 3, autoreset_mode=mode, **arguments)
+    sync = gym.make_vec(
+        ROUND_FOOT,
+        3,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **arguments,
+    )
+    return native, sync
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode)[:2], ids=lambda mode: mode.value)
+def test_a_batch_draws_what_gymnasiums_own_draws(mode: AutoresetMode) -> None:
+    native, sync = batches(mode)
+    with pytest.raises(gym.error.ResetNeeded, match=r"call reset\(\) before render"):
+        native.render()
+    native.reset(seed=2), sync.reset(seed=2)
+    ended = 0
+    for _ in range(6):
+        assert_same(native.render(), sync.render())
+        given = native.step(np.zeros((3, 2), np.float32))
+        sync.step(np.zeros((3, 2), np.float32))
+        ended += int((given[2] | given[3]).sum())
+    assert ended >= 3
+    twin = pickle.loads(pickle.dumps(native))
+    assert_same(twin.render(), native.render())
+    native.close()
+
+
+def test_one_walker_of_a_batch_is_reset_and_the_others_are_drawn_on() -> None:
+    native, sync = batches(AutoresetMode.DISABLED)
+    mask = np.array([True, False, True])
+    for envs in (native, sync):
+        envs.reset(seed=5)
+        envs.step(np.zeros((3, 2), np.float32))
+        envs.reset(options={"reset_mask": mask.copy()})
+    assert_same(native.render(), sync.render())
+
+
+def test_a_window_shows_the_first_walker_of_a_batch(shown: list[Any]) -> None:
+    envs = gym.make_vec(ROUND_FOOT, 2, render_mode="human", disturbance="none")
+    envs.reset(seed=0)
+    duration = envs.step(np.zeros((2, 2)))[4]["duration"][0]
+    assert len(shown) == pytest.approx(1 + duration * RENDER_FPS, abs=1.5)
+    assert envs.render() is None
+    envs.close()
+
+
+def test_a_batch_without_a_mode_says_what_to_do() -> None:
+    envs = gym.make_vec(ROUND_FOOT, 2)
+    envs.reset(seed=0)
+    with pytest.warns(UserWarning, match='render_mode="rgb_array"'):
+        assert envs.render() is None

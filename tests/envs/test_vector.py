@@ -10,7 +10,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from powered_walker_env import PoweredWalkerVectorEnv
-from powered_walker_env.envs.task import REWARDS
+from powered_walker_env.envs.rewards import REWARDS
 from powered_walker_env.simulation import threads
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, IDS, ROUND_FOOT, assert_same, make
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import os
 import pickle
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -15,7 +17,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from powered_walker_env import PoweredWalkerVectorEnv
+from powered_walker_env import Outcome, PoweredWalkerVectorEnv
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, ROUND_FOOT, assert_same
 
 ZEROS = np.zeros((3, 2), np.float32)
@@ -114,8 +116,13 @@ def test_disabled_autoreset_waits_for_the_reset() -> None:
     mask = np.array([False, True, False])
     envs.reset(options={"state": FORWARD_FALL, "reset_mask": mask})
     assert envs.step(ZEROS)[2].tolist() == [False, True, False]
-    with pytest.raises(gym.error.ResetNeeded, match=r"walkers \[1\] are over"):
-        envs.step(ZEROS)
+    for _ in range(2):
+        with pytest.warns(UserWarning, match=r"after walkers \[1\] fell"):
+            observation, reward, fell, _, info = envs.step(ZEROS)
+        assert fell.tolist() == [False, True, False]
+        assert reward == pytest.approx([1.0, 0.0, 1.0], abs=1e-9)
+        assert info["duration"][1] == 0.0 and info["outcome"][1] == Outcome.FELL_FORWARD
+        assert observation in envs.observation_space
     envs.reset(options={"reset_mask": mask})
     assert not envs.step(ZEROS)[2].any()
 
@@ -134,7 +141,8 @@ def test_a_walk_begins_with_a_reset_of_all() -> None:
     [
         ({"num_envs": 0}, "num_envs must be at least 1, got 0"),
         ({"max_episode_steps": 0}, "max_episode_steps must be at least 1, got 0"),
-        ({"render_mode": "rgb_array"}, "render_mode must be None"),
+        ({"render_mode": "ansi"}, "render_mode must be one of .* got 'ansi'"),
+        ({"preset": "simplest"}, "preset must be a powered walker, got 'simplest'"),
         ({"autoreset_mode": "Sometimes"}, "Sometimes"),
     ],
 )
@@ -181,7 +189,7 @@ def test_the_kernels_are_compiled_once_for_single_and_batch() -> None:
         import gymnasium, numpy as np
         import powered_walker_env
         from powered_walker_env.simulation import kernel
-        from powered_walker_env.envs import noise, task
+        from powered_walker_env.envs import noise, stepping
 
         kinds = ("push", "ground", "slope", "torque", "sensor", "parameters")
         everything = dict.fromkeys(kinds, 0.01)
@@ -199,12 +207,45 @@ def test_the_kernels_are_compiled_once_for_single_and_batch() -> None:
                 for _ in range(4):
                     envs.step(np.asfortranarray(envs.action_space.sample()))
         for each in (
-            task.begin_episodes, task.begin_strides, task.end_strides, noise.draw_normals,
+            stepping.begin_episodes, stepping.begin_strides, stepping.end_strides,
+            noise.draw_normals,
             kernel.run_strides,
         ):
             assert len(each.signatures) == 1, (each, each.signatures)
     """
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_first_step_compiles_the_steppings_own_functions_and_nothing_else(
+    tmp_path: Path,
+) -> None:
+    """A `min`, an index by an array or a copied row would bring numba's error messages along."""
+    code = """
+        from numba.core import event
+        from powered_walker_env import PoweredWalkerEnv
+        from powered_walker_env.envs import walkers
+
+        def land(code, starts, acting, packed, heights, rtol, results):
+            results.fill(0.0)  # in the place of the stride kernel, which takes long to compile
+
+        walkers.run_rows = land
+        env = PoweredWalkerEnv(disturbance={"push": 0.01, "parameters": 0.01})
+        with event.install_recorder("numba:compile") as recorder:
+            env.reset(seed=0)
+            assert not env.step([0.0, 0.0])[2]
+        compiled = [each.data["dispatcher"].py_func for _, each in recorder.buffer if each.is_start]
+        rooms = {"powered_walker_env.envs." + room for room in ("noise", "rewards", "stepping")}
+        assert {each.__module__ for each in compiled} == rooms, compiled
+        assert len(compiled) == len(set(compiled)), compiled
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
     )
     assert done.returncode == 0, done.stderr

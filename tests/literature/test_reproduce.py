@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from powered_walker_env import walk
-from powered_walker_env.literature.figures import report_text, reproduce
+from powered_walker_env.literature import report_text, reproduce
 from powered_walker_env.literature.figures.figure5 import Figure5, figure_5
 from powered_walker_env.literature.figures.statements import statements
 from powered_walker_env.literature.figures.studies import (
@@ -29,6 +29,10 @@ from tests.helpers.published import limit_cycle
 
 BY_PHYSICS = {setting.physics: setting for setting in SETTINGS}
 NODES = 40  # of the search: 0.61 is nearby
+FIGURE_5 = {  # what is solved for the multiplier that its caption gives
+    "figure 5, on the branch of figure 6": "stall torque",
+    "figure 5, at another switch angle": "switch angle",
+}
 
 
 @cache
@@ -101,6 +105,10 @@ def test_statements_carry_their_numbers(physics: str) -> None:
     found = {s.topic: s for s in statements(six(physics), five(physics))}
     assert found["period doubling"].holds
     assert found["figure 5, on the branch of figure 6"].holds
+    solved = {s.topic: s.numbers.get("solved_for_it", "") for s in found.values()}
+    for topic, number in solved.items():
+        assert number == FIGURE_5.get(topic, "")
+        assert ("by construction" in found[topic].found) == bool(number)
     assert found["foot at heel strike"].holds
     assert found["which way first"].holds
     assert found["figure 4"].holds is (True if physics == AS_PUBLISHED else None)
@@ -122,6 +130,7 @@ def reproduced(folder: Path) -> tuple[dict[str, Any], list[tuple[int, int, float
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("thesis") / "reproduce"
+    target.with_name(".reproduce.part").mkdir()  # as a killed run leaves it
     reproduced(target)
     return target
 
@@ -175,3 +184,11 @@ def test_an_existing_folder_is_refused_and_an_interruption_leaves_nothing(
     with pytest.raises(KeyboardInterrupt):
         reproduce(tmp_path / "new", nodes=2, progress=interrupt)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_that_cannot_be_made_is_said_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    worked: list[tuple[int, int, float]] = []
+    with pytest.raises(OSError, match="file"):
+        reproduce(tmp_path / "file" / "again", progress=lambda *state: worked.append(state))
+    assert not worked

@@ -9,6 +9,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,27 +18,20 @@ from scipy.optimize import root
 
 from powered_walker_env import PRESETS, GaitNotFoundError, find_gait, stride
 from powered_walker_env.cli import main
-from powered_walker_env.literature.values import (
+from powered_walker_env.literature import (
     FAMILIES,
+    Kind,
     Row,
-    compass,
-    mcgeer,
-    passive,
-    simplest,
     table_csv,
     table_data,
     table_text,
-    thesis,
-    toe_off,
     validate,
-    wheel,
 )
-from powered_walker_env.literature.values.checks import compare, printed_rows
+from powered_walker_env.literature.values import compass, li_yang, simplest
 from powered_walker_env.literature.values.published import PRINTED, half_unit, load
+from powered_walker_env.literature.values.rows import Family, compare, printed_rows
 from powered_walker_env.poincare.branches.cascades import DELTA, doubling_cascade
 from tests.helpers.derivation import Array
-
-MODULES = (wheel, passive, simplest, compass, mcgeer, toe_off, thesis)
 
 
 @functools.cache
@@ -54,7 +48,7 @@ def test_every_value_agrees_or_differs_for_the_reason_given(family: str) -> None
 
 def test_what_differs_is_what_is_known_to_differ() -> None:
     """By name: a value that stops agreeing cannot hide behind a new reason unseen."""
-    differing = sorted({(entry.family, entry.name) for entry in PRINTED if entry.differs})
+    differing = sorted({(entry.origin.family, entry.name) for entry in PRINTED if entry.differs})
     assert differing == [
         ("compass", "doubling_1"),
         ("compass", "two_step_pair"),
@@ -78,12 +72,10 @@ def test_what_differs_is_what_is_known_to_differ() -> None:
 
 
 def test_every_printed_value_has_a_check_a_source_and_a_family() -> None:
-    measures = {module.FAMILY: module.MEASURES for module in MODULES}
-    assert set(measures) == set(FAMILIES)
     for entry in PRINTED:
-        assert entry.name in measures[entry.family]
-        assert entry.source and entry.walker and entry.quantity
-        assert 0 < entry.within < math.inf
+        assert entry.name in FAMILIES[entry.origin.family].measures
+        assert entry.origin.source and entry.origin.walker and entry.quantity
+        assert 0 < entry.allowed < math.inf
         assert np.isfinite(entry.value)
 
 
@@ -128,17 +120,38 @@ def test_a_walker_that_is_not_found_is_a_line_that_fails() -> None:
 
 def massless_step(x: Array, slope: float, duration: float) -> Array:
     """(θ, θ', φ, φ') of Garcia's massless walker before the strike, by another integrator."""
+    return massless_swing(slope, (0, duration), after_strike(x))
+
+
+def after_strike(x: Array) -> Array:
+    """(θ, θ', φ, φ') just after the strike that leads to θ and θ'."""
     angle, rate = x
+    return np.array([angle, rate, 2 * angle, rate * (1 - math.cos(2 * angle))])
+
+
+def massless_swing(slope: float, span: tuple[float, float], start: Array, **events: Any) -> Array:
+    """Where Garcia's equations lead."""
 
     def flow(_: float, y: Array) -> list[float]:
         pull = math.sin(y[0] - slope)
         swing = y[1] ** 2 * math.sin(y[2]) - math.cos(y[0] - slope) * math.sin(y[2])
         return [y[1], pull, y[3], pull + swing]
 
-    start = [angle, rate, 2 * angle, rate * (1 - math.cos(2 * angle))]
-    run = solve_ivp(flow, (0, duration), start, method="DOP853", rtol=1e-12, atol=1e-14)
+    run = solve_ivp(flow, span, start, method="DOP853", rtol=1e-12, atol=1e-14, **events)
     end: Array = run.y[:, -1]
     return end
+
+
+def massless_stride(x: Array, slope: float) -> Array:
+    """(θ, θ') after one stride: the first strike at which the legs are well apart again."""
+
+    def strike(_: float, y: Array) -> float:
+        return float(y[2] - 2 * y[0])
+
+    strike.terminal, strike.direction = True, 1.0  # type: ignore[attr-defined]
+    apart = massless_swing(slope, (0, 1.5), after_strike(x))  # the legs have not yet passed
+    theta, rate, *_ = massless_swing(slope, (1.5, 6), apart, events=strike)
+    return np.array([-theta, math.cos(2 * theta) * rate])
 
 
 @pytest.mark.parametrize(
@@ -230,13 +243,51 @@ def test_tables_hold_every_value() -> None:
     text = table_text(found)
     for row in found:
         assert row.published in text and row.source in text and row.differs in text
-    assert text.endswith("9 values: 6 agree, 3 differ for the reasons given, 0 fail")
+    counted = "9 values, 6 agree, 3 differ for the reasons given, 0 fail"
+    assert text.endswith(f"values that others printed: {counted}\nin all: {counted}")
     table = list(csv.DictReader(table_csv(found).splitlines()))
     assert [line["published"] for line in table] == [row.published for row in found]
     assert [line["verdict"] for line in table] == [row.verdict for row in found]
     data = table_data(found)
     assert data["values"] == data["agree"] + data["differ_explained"] == len(found)
     assert data["fail"] == 0
+
+
+def test_three_kinds_of_origin_are_counted_and_titled_apart() -> None:
+    found = [row for family in FAMILIES for row in rows(family)]
+    counts = table_data(found)["by_kind"]
+    assert {kind: (c["values"], c["differ_explained"]) for kind, c in counts.items()} == {
+        "values that others printed": (76, 18),
+        "runs of other people's programs": (31, 0),
+        "this project's independent code": (68, 0),
+    }
+    for row in found:
+        assert ("independent code" in row.source) == (row.kind is Kind.OWN)
+    text = table_text(found)
+    heads = [text.index(kind.upper()) for kind in Kind]
+    assert heads == sorted(heads)
+    for row in found:
+        after = [head for head in heads if head < text.index(f"[{row.source}]")]
+        assert len(after) == 1 + list(Kind).index(row.kind)
+
+
+@pytest.mark.parametrize("period", li_yang.SLOPES)
+def test_gaits_of_three_and_four_strides_close_no_sooner(period: int) -> None:
+    """Garcia's massless equations, integrated by scipy, come back after that many strides."""
+    gait = li_yang.stable_gait(period)
+    x = np.array([-gait.state.stance_angle, -gait.state.stance_rate])
+    cycle = [x]
+    for _ in range(period):
+        cycle.append(massless_stride(cycle[-1], gait.params.slope))
+    away = [np.abs(later - x).max() for later in cycle[1:]]
+    assert away[-1] < 1e-8
+    assert min(away[:-1]) > 1e-4
+    assert gait.stable and li_yang.least_period(gait) == gait.period == period
+
+
+def test_the_least_period_is_told_from_its_multiples() -> None:
+    single = find_gait(*PRESETS["simplest"][:3])
+    assert li_yang.least_period(replace(single, period=4)) == 1
 
 
 def test_the_command_prints_saves_and_refuses(
@@ -266,7 +317,7 @@ def test_a_failing_value_is_an_exit_status(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bad = replace(rows("wheel")[0], agrees=False)
-    monkeypatch.setitem(FAMILIES, "wheel", lambda long: [bad])
+    monkeypatch.setitem(FAMILIES, "wheel", Family("none printed", {}, lambda: [bad]))
     assert main(["validate", "--only", "wheel"]) == 1
     assert "DIFFERS" in capsys.readouterr().out
 

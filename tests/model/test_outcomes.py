@@ -135,10 +135,10 @@ def test_bad_batches_are_refused_with_their_row() -> None:
     with pytest.raises(ValueError, match=r"states must be finite, .* in row 2"):
         stride_batch(broken, [2.7, 100.0], params)
     with pytest.raises(
-        ValueError, match=r"switch angles in \(0, 2\*pi\), got \[7.0, 1.0\] in row 1"
+        ValueError, match=r"switch_angle must lie in \(0, 2\*pi\), got \[7.0, 1.0\] in row 1"
     ):
         stride_batch(good, [[1.0, 1.0], [7.0, 1.0], [1.0, 1.0]], params)
-    with pytest.raises(ValueError, match=r"not negative, got \[1.0, -1.0\] in row 0"):
+    with pytest.raises(ValueError, match=r"not be negative, got \[1.0, -1.0\] in row 0"):
         stride_batch(good, [1.0, -1.0], params)
     with pytest.raises(ValueError, match="one row for each of 3 states, got 2"):
         stride_batch(good, [[1.0, 1.0], [1.0, 1.0]], params)

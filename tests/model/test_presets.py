@@ -139,7 +139,6 @@ def test_the_command_line_takes_passive_presets(capsys: pytest.CaptureFixture[st
         (["branch", "--parameter", "stall_torque"], "parameter must not be 'stall_torque'"),
         (["bifurcation", "--parameter", "switch_angle"], "parameter must not be 'switch_angle'"),
         (["boundary", "--parameters", "slope", "stall_torque"], "must not be 'stall_torque'"),
-        (["gait", "--out", "gait"], "add --no-plot to save the numbers"),
     ],
 )  # fmt: skip
 def test_what_a_passive_walker_has_not_is_refused_at_once(

@@ -21,6 +21,7 @@ from powered_walker_env.model.mechanics.chain import Pose
 from powered_walker_env.model.mechanics.chain import kinetic_energy as kinetic_energy_of
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.powering import LateToeOff, ToeOff, ToeOffAtStrike
+from powered_walker_env.poincare.energy.contact import contact_report
 from tests.helpers import derivation as d
 from tests.helpers.derivation import Array
 from tests.helpers.impacts import spun
@@ -313,3 +314,45 @@ def test_pushing_with_the_strike_costs_twice_and_after_it_four_times_as_steps_ge
     within = 10 * half_angle**2
     assert work_with(y, impulse, params) / before == pytest.approx(2.0, rel=within)
     assert work_after(y, impulse, params) / before == pytest.approx(4.0, rel=within)
+
+
+def test_what_is_lost_is_what_the_floor_takes_at_the_new_foot() -> None:
+    """Each impulse does its work over the mean velocity of its point; the new contact's is half
+    of that before. Only a push at once can make the floor give instead of take, and then the
+    floor would have to pull the new foot, or to drag it along where it slides."""
+    gave = 0
+    for params, y, impulse, air in pushes(6, 300):
+        scale = size(air, impulse)
+        before, after = (
+            kinetic(air, air.rates),
+            kinetic_energy(push_off(y, impulse, params), params),
+        )
+        pushed = air.rates + np.linalg.solve(air.mass, air.old.T @ (impulse * air.push))
+        effective = np.linalg.inv(air.new @ np.linalg.solve(air.mass, air.new.T))
+        floor = -effective @ air.new @ pushed  # impulse that stops the new foot
+        landing = air.new @ air.rates
+        lost = before + work_with(y, impulse, params) - after
+        assert lost == pytest.approx(-0.5 * floor @ landing, abs=1e-11 * scale)
+        if lost < -1e-11 * scale:
+            gave += 1
+            assert floor[0] < 0 or floor[1] * landing[1] > 0
+        first = before + work_before(y, impulse, params) - after
+        sliding = air.new @ pushed
+        assert first == pytest.approx(0.5 * sliding @ effective @ sliding, abs=1e-11 * scale)
+        last = before + work_after(y, impulse, params) - after
+        assert last == pytest.approx(0.5 * landing @ effective @ landing, abs=1e-11 * scale)
+    assert gave > 20
+
+
+def test_a_strike_that_gives_energy_is_one_that_the_floor_would_have_to_pull_at() -> None:
+    params, state = GAIT.params, GAIT.state
+    unit = params.leg_mass * math.sqrt(params.gravity * params.leg_length)
+    seen = set()
+    for impulse in np.linspace(0.0, unit, 40).tolist():
+        lost = {timing: stride(state, timing(impulse), params).energy_lost for timing in TIMINGS}
+        assert lost[ToeOff] >= 0 and lost[LateToeOff] >= 0
+        gives = lost[ToeOffAtStrike] < 0
+        seen.add(gives)
+        report = contact_report(params, ToeOffAtStrike(impulse), state)
+        assert not gives or not report.strike_pushes
+    assert seen == {True, False}

@@ -21,9 +21,11 @@ from PIL import Image
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.pictures import film as animation
 from powered_walker_env.pictures import painter as drawing
-from powered_walker_env.pictures.film import Window, save_animation
-from powered_walker_env.pictures.painter import LEGS, MOTOR, Frame
+from powered_walker_env.pictures.canvas import Frame
+from powered_walker_env.pictures.film import save_animation
+from powered_walker_env.pictures.painter import LEGS, MOTOR
 from powered_walker_env.pictures.renderer import Renderer
+from powered_walker_env.pictures.window import Window
 from tests.pictures.test_rendering import fall, following, gait, near
 
 

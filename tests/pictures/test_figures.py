@@ -13,25 +13,32 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 
-from powered_walker_env import PRESETS, Gait, WalkerParams, find_gait
+from powered_walker_env import PRESETS, Control, Gait, Outcome, WalkerParams, find_gait, walk
+from powered_walker_env.model.powering import SCHEMES
+from powered_walker_env.model.quantities import quantities
 from powered_walker_env.pictures.charts import (
     Drawing,
     basin_figure,
     bifurcation_figure,
     boundary_figure,
     branch_figure,
+    cycle,
     gait_figure,
+    portrait_figure,
     save_drawing,
     stability_figure,
 )
+from powered_walker_env.pictures.charts.boundaries import STABLE
+from powered_walker_env.pictures.charts.branches import MARKS, each_stride
+from powered_walker_env.pictures.charts.sheet import label_of
 from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
 from powered_walker_env.poincare.branches.branch import Branch
-from powered_walker_env.poincare.branches.continuation import continue_gait
+from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.branches.ramps import BifurcationDiagram, bifurcation_diagram
-from powered_walker_env.poincare.regions.basins import Basin, basin
+from powered_walker_env.poincare.regions.basins import FELL, Basin, basin
 from powered_walker_env.poincare.regions.slices import Slice
-from tests.helpers.published import PASSIVE_GAITS
 
 THESIS = PRESETS["camp1997-as-published"]
 
@@ -186,9 +193,6 @@ def test_a_basin_without_picture_and_a_wrong_component_are_refused() -> None:
 
 
 def test_gaits_that_have_no_such_figure_are_refused() -> None:
-    passive = PASSIVE_GAITS[0]
-    with pytest.raises(ValueError, match="gait must be one of an ankle motor"):
-        gait_figure(find_gait(passive.params, None, passive.state))
     with pytest.raises(ValueError, match="gait must have a constant control, got a policy"):
         row = np.array([[2.8625, 692.0]])
         gait_figure(
@@ -205,3 +209,108 @@ def test_a_missing_folder_and_an_unknown_format_are_named(tmp_path: Path) -> Non
     with pytest.raises(ValueError, match="xyz"):
         save_drawing(drawings()["gait"], tmp_path / "gait", formats=["xyz"])
     assert not list(tmp_path.iterdir())
+
+
+# What a reader must see -------------------------------------------------------------------
+
+
+def test_labels_and_units_are_those_of_the_numbers_own_class() -> None:
+    for owner in (WalkerParams, *(scheme.control for scheme in SCHEMES.values())):
+        for name, number in quantities(owner).items() if owner else ():
+            label = label_of(name).replace("\n", " ").replace("\u00a0", " ")
+            assert number.unit in label
+    assert label_of("hip_stiffness").endswith("(N\u00a0m/rad)")
+    assert label_of("torque_limit").endswith("(N\u00a0m)")
+    assert label_of("stance_rate") == "stance rate (rad/s)"
+
+
+def test_a_doubled_gait_forks_in_the_picture() -> None:
+    """Every stride of the period has its own line, and they part from the branch's at the fork."""
+    doubling = branch().special_points[-1]
+    doubled = switch_branch(doubling, (688.0, 735.0), step=0.1)
+    lengths, speeds = each_stride(doubled)
+    assert lengths.shape == speeds.shape == (len(doubled), 2)
+    np.testing.assert_allclose(lengths.sum(axis=1), doubled.step_length, rtol=1e-7)
+    far = int(np.argmax(np.abs(lengths[:, 0] - lengths[:, 1])))
+    here = doubled.gait(far)
+    walked = walk(here.state, here.control, here.params, 2)
+    np.testing.assert_allclose(np.diff(walked.landings), lengths[far], rtol=1e-6)
+    panel = branch_figure([branch(), doubled]).figure.axes[0]
+    drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in panel.get_lines()])
+    for length in lengths[far]:
+        assert np.abs(drawn - length).min() < 1e-12
+    columns = branch_figure([branch(), doubled]).columns
+    assert np.isnan(np.asarray(columns["step_length_2_m"])[: len(branch())]).all()
+
+
+def test_two_special_points_at_one_place_are_both_seen() -> None:
+    """The marker below is larger than the one above it, and hollow."""
+    sizes = [size for _, _, size in MARKS.values()]
+    assert sorted(sizes, reverse=True) == sizes and min(np.diff(sizes)) < 0
+    axes = drawings()["stability"].figure.axes[0]
+    folds = [line for line in axes.get_lines() if line.get_label() == "fold"]
+    assert folds and all(line.get_markerfacecolor() == "none" for line in folds)
+
+
+def test_the_shaded_side_of_a_boundary_is_stable() -> None:
+    """Against gaits found again at points of the band and beyond the curve."""
+    axes = drawings()["boundary"].figure.axes[0]
+    bands = [p for p in axes.patches if p.get_facecolor() == to_rgba(STABLE)]
+    assert bands
+    x, y = boundary().values[len(boundary()) // 2]
+    for side, stable in ((-1.0, True), (1.0, False)):  # the doubling is lost upwards
+        where = (x, y + side * 0.1)
+        found = find_gait(THESIS.params, Control(*where), THESIS.state)
+        assert found.stable == stable
+        inside = any(band.get_path().contains_point(where) for band in bands)
+        assert inside == stable
+    labels = [text.get_text() for text in drawings()["boundary"].figure.legends[0].get_texts()]
+    assert "the stable side of an edge" in labels
+
+
+def test_a_basin_names_its_falls_its_marker_and_what_it_keeps() -> None:
+    figure = drawings()["basin"].figure
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    met = {Outcome(value).label for value in starts().outcome[starts().attractor == FELL].tolist()}
+    assert {f"{label}*" for label in met} < set(labels)
+    assert "the gait" in labels
+    title = figure.axes[0].get_title(loc="left")
+    assert "at swing angle 0.5672 rad, swing rate 1 rad/s" in title
+    image = np.asarray(figure.axes[0].get_images()[0].get_array())
+    ends = starts().picture("attractor") >= 0
+    assert len(np.unique(image[ends], axis=0)) == 1
+    assert not (image[~ends] == image[ends][0]).all(axis=-1).any()
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_every_gait_has_a_figure_and_a_portrait(preset: str) -> None:
+    params, control, state, _ = PRESETS[preset]
+    found = find_gait(params, control, state)
+    drawing = gait_figure(found)
+    t = np.asarray(drawing.columns["t_s"])
+    assert t[-1] == pytest.approx(2 * found.duration, rel=1e-6)
+    legend = [text.get_text() for text in drawing.figure.legends[0].get_texts()]
+    assert any(word in " ".join(legend) for word in ("motor on", "hip torque on", "heel strike"))
+    portrait = portrait_figure({"gait": cycle(found, found.period + 1)}).columns
+    first = np.asarray(portrait["stride"]) == 0
+    for name, value in zip(found.state._fields, found.state, strict=True):
+        unit = "rad_s" if name.endswith("rate") else "rad"
+        assert np.asarray(portrait[f"{name}_{unit}"])[first][0] == pytest.approx(value, abs=1e-9)
+
+
+def test_no_walk_is_shaded_in_a_bifurcation_diagram() -> None:
+    diagram = ramps()
+    gone = np.full_like(diagram.up.states, np.nan)
+    fallen = dataclasses.replace(diagram.up, states=gone)
+    nowhere = dataclasses.replace(diagram, up=fallen, down=fallen)
+    texts = bifurcation_figure(nowhere).figure.legends[0].get_texts()
+    assert "no walk, up or down" in [text.get_text() for text in texts]
+    texts = bifurcation_figure(diagram).figure.legends[0].get_texts()
+    assert "no walk, up or down" not in [text.get_text() for text in texts]
+
+
+def test_a_users_style_changes_no_picture(tmp_path: Path) -> None:
+    plain = save_drawing(gait_figure(gait()), tmp_path / "plain", formats=["svg"])[0]
+    with matplotlib.rc_context({"text.usetex": True, "lines.linewidth": 9, "font.size": 30}):
+        styled = save_drawing(gait_figure(gait()), tmp_path / "styled", formats=["svg"])[0]
+    assert plain.read_bytes() == styled.read_bytes()

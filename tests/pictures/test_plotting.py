@@ -10,14 +10,8 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, Trajectory, walk
-from powered_walker_env.pictures.charts.walks import (
-    COMPONENTS,
-    disturbed_walks,
-    learning_curve,
-    leg_motion,
-    post_strike_states,
-    save_figure,
-)
+from powered_walker_env.pictures.charts import disturbed_walks, learning_curve, save_figure
+from powered_walker_env.pictures.charts.walks import COMPONENTS, leg_motion, post_strike_states
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]
 
@@ -54,11 +48,12 @@ def test_leg_motion_is_the_derivative_of_the_leg_angles(walks: dict[str, Traject
 
 
 def test_disturbed_walks_show_every_stride_and_every_unit(walks: dict[str, Trajectory]) -> None:
-    figure = disturbed_walks(walks, a_walk(1), title="two walks")
+    figure = disturbed_walks(walks, a_walk(1), title="two walks").figure
     axes = figure.axes
     assert len(axes) == 6
-    for strip, (name, unit) in zip(axes[:4], COMPONENTS, strict=True):
-        assert strip.get_ylabel() == f"{name}\n({unit})"
+    units = ("rad", "rad", "rad/s", "rad/s")
+    for strip, name, unit in zip(axes[:4], COMPONENTS, units, strict=True):
+        assert strip.get_ylabel() == f"{name.replace('_', ' ')}\n({unit})"
     assert axes[3].get_xlabel() == "stride"
     for panel, leg in zip(axes[4:], ("stance", "swing"), strict=True):
         assert f"{leg} leg" in panel.get_xlabel() and "(rad)" in panel.get_xlabel()
@@ -77,7 +72,7 @@ def test_disturbed_walks_show_every_stride_and_every_unit(walks: dict[str, Traje
 
 
 def test_a_portrait_frames_the_strides_that_were_walked(walks: dict[str, Trajectory]) -> None:
-    panel = disturbed_walks(walks, a_walk(1)).axes[4]
+    panel = disturbed_walks(walks, a_walk(1)).figure.axes[4]
     stance = leg_motion(walks["walks"])[0]
     low, high = panel.get_xlim()
     assert low < stance.min() and stance.max() < high
@@ -88,11 +83,11 @@ def test_the_learning_curve_shows_interval_and_baselines() -> None:
     figure = learning_curve(
         [0, 1000, 2000], [10, 50, 90], [8, 45, 85], [12, 55, 95],
         baselines={"open loop": 9.7, "LQR": 26.0}, title="learning",
-    )  # fmt: skip
+    ).figure  # fmt: skip
     (axes,) = figure.axes
     assert axes.get_xlabel() == "strides walked in training (thousands)"
     assert axes.get_ylabel() == "strides survived, of 100"
-    assert axes.get_title() == "learning"
+    assert axes.get_title(loc="left") == "learning"
     np.testing.assert_array_equal(axes.get_lines()[0].get_xdata(), [0, 1, 2])
     assert {text.get_text() for text in axes.texts} == {"open loop: 10", "LQR: 26"}
     band = axes.collections[0].get_paths()[0].vertices

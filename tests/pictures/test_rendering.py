@@ -13,6 +13,7 @@ pytest.importorskip("pygame", reason='needs pip install "powered-walker-env[rend
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.pictures.canvas import Colour, Frame
 from powered_walker_env.pictures.painter import (
     ALERT,
     LEGS,
@@ -20,8 +21,6 @@ from powered_walker_env.pictures.painter import (
     MOTOR,
     SKY,
     SWING_TINT,
-    Colour,
-    Frame,
     mark_spacing,
     mixed,
 )

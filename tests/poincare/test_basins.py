@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import time
+from typing import Any
 
 import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, Outcome, find_gait, stride_batch
-from powered_walker_env.poincare import Gait, StrideMap
-from powered_walker_env.poincare.maps import natural_units
+from powered_walker_env.model.state import natural_units
+from powered_walker_env.poincare import Gait, GaitNotFoundError, StrideMap
 from powered_walker_env.poincare.regions import basins
-from powered_walker_env.poincare.regions.basins import (
-    FELL,
-    WALKING,
+from powered_walker_env.poincare.regions.basins import FELL, WALKING, basin
+from powered_walker_env.poincare.regions.slices import (
+    SLICES,
     Slice,
-    basin,
-    basin_volume,
-    clopper_pearson,
+    angle_sum,
+    has_section,
+    on_section,
+    slice_through,
 )
+from powered_walker_env.poincare.regions.volumes import basin_volume
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stability.trapping import trap_around
 from tests.helpers.samples import MOTORS
@@ -41,6 +43,29 @@ def test_a_slice_is_a_rectangle_in_two_coordinates() -> None:
     np.testing.assert_array_equal(states[:, 3].reshape(9, 12)[:, 5], up)
     with pytest.raises(ValueError, match="axes must be two of stance_angle"):
         Slice(STATE, ("stance_rate", "speed"), ((0, 1), (0, 1)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ranges": ((0.0, np.nan), (0.0, 1.0))}, "ranges must be two pairs of finite numbers"),
+        ({"ranges": ((0.0, np.inf), (0.0, 1.0))}, "ranges must be two pairs of finite numbers"),
+        ({"ranges": ((1.0, 0.0), (0.0, 1.0))}, r"ranges must be two pairs \(low, high\) that rise"),
+        ({"ranges": (0.0, 1.0)}, "ranges must be two pairs"),
+        ({"shape": (2.5, 5)}, "shape must be two positive numbers"),
+        ({"shape": (5,)}, "shape must be two positive numbers"),
+        ({"shape": (10**8, 10**8)}, "10,000,000,000,000,000 points; take fewer"),
+        ({"base": (np.nan, 0.0, 0.0, 0.0)}, "must be finite"),
+        ({"axes": ("stance_angle", "swing_angle"), "section": PARAMS}, "one angle only"),
+        ({"axes": ("stance_angle", "swing_rate"), "section": PRESETS["simplest"].params},
+         "axes must be two of stance_angle, swing_angle, stance_rate and"),
+    ],
+)  # fmt: skip
+def test_slices_that_make_no_sense_are_refused(changes: dict[str, Any], message: str) -> None:
+    good = {"base": STATE, "axes": ("stance_angle", "stance_rate"), "ranges": ((0, 1), (0, 1))}
+    assert Slice(**good).shape == (200, 200)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=message):
+        Slice(**(good | changes))  # type: ignore[arg-type]
 
 
 def test_strides_survived_are_those_of_plain_walks() -> None:
@@ -141,10 +166,108 @@ def test_the_volume_is_a_share_with_an_exact_interval() -> None:
     assert inside.share_low == pytest.approx(0.025 ** (1 / 50))
 
 
-def test_clopper_pearson_bounds_are_the_tails_of_the_binomial() -> None:
-    assert clopper_pearson(0, 10, 0.95) == (0.0, pytest.approx(1 - 0.025**0.1))
-    low, high = clopper_pearson(7, 20, 0.95)
-    assert (low, high) == (pytest.approx(0.15391, abs=1e-5), pytest.approx(0.59219, abs=1e-5))
+def test_the_volume_of_the_section_is_the_default_measure() -> None:
+    gait = preset_gait("compass")
+    low, high = (-0.5, 0.0, -0.5), (0.0, 2.0, 1.5)
+    found = basin_volume(
+        gait.params, None, low, high, samples=400, gaits=[gait], backend="threading"
+    )
+    assert found.coordinates == ("stance_angle", "stance_rate", "swing_rate")
+    assert found.box_volume == pytest.approx(0.5 * 2.0 * 2.0)
+    states = found.basin.states
+    np.testing.assert_array_equal(states[:, 1], -states[:, 0])
+    assert (states[:, [0, 2, 3]] >= low).all() and (states[:, [0, 2, 3]] <= high).all()
+    assert found.share_low < 0.0283 < found.share_high  # 0.0283 of 10,000
+    around = basin_volume(gait.params, None, samples=50, backend="threading")
+    np.testing.assert_allclose(0.5 * (around.low + around.high), np.array(gait.state)[[0, 2, 3]])
+    walker = preset_gait("simplest")
+    flat = basin_volume(walker.params, None, samples=10, backend="threading")
+    assert flat.coordinates == ("stance_angle", "stance_rate")
+    motor = basin_volume(PARAMS, CONTROL, samples=10, gaits=[GAIT], backend="threading")
+    assert len(motor.coordinates) == 4
+
+
+def preset_gait(name: str) -> Gait:
+    params, control, state, _ = PRESETS[name]
+    return find_gait(params, control, state)
+
+
+LOCKED = [name for name, preset in PRESETS.items() if has_section(preset.params, preset.control)]
+
+
+def test_walkers_with_a_motor_have_no_section() -> None:
+    assert set(PRESETS) - set(LOCKED) == {*MOTORS, "motor-with-stop"}
+
+
+@pytest.mark.parametrize("name", LOCKED)
+def test_every_stride_with_a_locked_foot_ends_on_the_section(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    starts = np.random.default_rng(6).normal(state, 0.04, (100, 4))
+    ends = StrideMap(params, control, 1e-10)(starts)
+    ends = ends[np.isfinite(ends).all(axis=1)]
+    assert len(ends) > 10 and not np.allclose(starts, on_section(params, starts), atol=1e-3)
+    np.testing.assert_allclose(on_section(params, ends), ends, rtol=0.0, atol=1e-12)
+
+
+def test_a_foot_at_an_angle_shifts_the_section() -> None:
+    params = PRESETS["compass"].params.replace(foot_length=0.1, locked_ankle_angle=2.9)
+    starts = np.random.default_rng(6).normal(PRESETS["compass"].state, 0.04, (100, 4))
+    ends = StrideMap(params, None, 1e-10)(starts)
+    ends = ends[np.isfinite(ends).all(axis=1)]
+    assert len(ends) > 10 and abs(angle_sum(params)) > 0.05
+    np.testing.assert_allclose(ends[:, 0] + ends[:, 1], angle_sum(params), rtol=0.0, atol=1e-12)
+
+
+def test_half_of_what_a_plain_slice_shows_attracted_is_not_on_the_section() -> None:
+    gait = preset_gait("compass")
+    middle = (gait.state.stance_angle, gait.state.stance_rate)
+    ranges = tuple((m - r, m + r) for m, r in zip(middle, (0.2, 0.5), strict=True))
+    plane = slice_through(gait, ranges=ranges, shape=(50, 50))  # type: ignore[arg-type]
+    assert plane.section is gait.params
+    np.testing.assert_array_equal(plane.states[:, 1], -plane.states[:, 0])
+    np.testing.assert_array_equal(plane.states[:, 3], gait.state.swing_rate)
+    plain = Slice(gait.state, plane.axes, plane.ranges, plane.shape)
+    on, off = (
+        basin(gait.params, None, grid, gaits=[gait], backend="threading").attracted_share
+        for grid in (plane, plain)
+    )
+    assert on == pytest.approx(0.0614, abs=0.002)  # by an independent count
+    assert off == pytest.approx(0.13, abs=0.005)
+    mirrored = Slice(gait.state, ("swing_angle", "stance_rate"), plain.ranges, (3, 4), gait.params)
+    np.testing.assert_allclose(mirrored.states[:, 0], -mirrored.states[:, 1])
+
+
+def test_the_default_plane_is_the_section_through_the_stable_gait() -> None:
+    params, _, state, _ = PRESETS["simplest"]
+    found = basin(params, None, strides=30, jobs=2, backend="threading")
+    assert found.grid is not None and found.grid.section == params
+    assert found.gaits[0].stable and found.gaits[0].state == pytest.approx(state, abs=1e-8)
+    assert found.attracted_share > 0
+    np.testing.assert_allclose(
+        found.states[:, 3], found.states[:, 2] * np.cos(2 * found.states[:, 0])
+    )
+
+
+def test_without_a_gait_there_is_no_default_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> Gait:
+        raise GaitNotFoundError("none")
+
+    monkeypatch.setattr(basins, "stable_gait", none)
+    with pytest.raises(GaitNotFoundError, match="grid must be given"):
+        basin(PARAMS, CONTROL)
+    with pytest.raises(GaitNotFoundError, match="low and high must be given"):
+        basin_volume(PARAMS, CONTROL)
+
+
+def test_the_slice_of_schwab_and_wisse_is_known_by_name() -> None:
+    plane = SLICES["schwab-wisse"]((80, 80))
+    assert plane.section is not None and plane.section.slope == 0.004
+    found = basin(plane.section, None, plane, backend="threading")
+    (gait,) = found.gaits
+    assert gait.state[:3:2] == pytest.approx((-0.1534, 0.1561), abs=5e-5)
+    attracted = found.states[found.attractor == 0]
+    assert 0 < found.attracted_share < 0.03  # "a small, thin area"
+    assert abs(attracted[:, 0] + attracted[:, 2]).max() < 0.05  # along α' = −α
 
 
 def test_bad_basins_are_refused() -> None:
@@ -152,21 +275,38 @@ def test_bad_basins_are_refused() -> None:
         basin(PARAMS, CONTROL, [1.0, 2.0], gaits=[])
     with pytest.raises(ValueError, match="strides must be at least 1, got 0"):
         basin(PARAMS, CONTROL, [STATE], strides=0, gaits=[])
+    with pytest.raises(TypeError, match="strides must be a whole number"):
+        basin(PARAMS, CONTROL, [STATE], strides=1.5, gaits=[])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="samples must be at least 1, got 0"):
+        basin_volume(PARAMS, CONTROL, samples=0, gaits=[])
+    with pytest.raises(ValueError, match=r"confidence must lie in \(0, 1\), got 1"):
+        basin_volume(PARAMS, CONTROL, confidence=1.0, gaits=[])
     unstable = find_gait(PARAMS, Control(2.8625, 738.0), STATE)
     with pytest.raises(ValueError, match="gait must be stable"):
         basin(PARAMS, CONTROL, [STATE], gaits=[unstable])
+    for rtol in (1.0, -1e-9, float("nan"), 0.0):
+        with pytest.raises(ValueError, match="rtol must"):
+            basin(PARAMS, CONTROL, [STATE], gaits=[], rtol=rtol)
+    with pytest.raises(TypeError, match="rtol must be a real number, got None"):
+        basin(PARAMS, CONTROL, [STATE], gaits=[], rtol=None)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="low must be below high"):
         basin_volume(PARAMS, CONTROL, STATE, STATE, gaits=[])
+    with pytest.raises(ValueError, match=r"low and high must be 4 numbers \("):
+        basin_volume(PARAMS, CONTROL, (0, 0, 0), (1, 1, 1), gaits=[])
+    with pytest.raises(ValueError, match="4 numbers, or 3"):
+        basin_volume(PRESETS["compass"].params, None, (0, 0), (1, 1), gaits=[])
+    with pytest.raises(ValueError, match="low must be finite"):
+        basin_volume(PARAMS, CONTROL, (0, 0, 0, np.nan), (1, 1, 1, 1), gaits=[])
+    with pytest.raises(ValueError, match="both or not at all"):
+        basin_volume(PARAMS, CONTROL, STATE, gaits=[])
     with pytest.raises(ValueError, match="picture needs a basin over a Slice"):
         basin(PARAMS, CONTROL, [STATE], strides=1, gaits=[], backend="threading").picture("strides")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MOTORS)
-def test_a_slice_of_forty_thousand_walkers_takes_less_than_three_minutes(name: str) -> None:
+def test_a_slice_of_forty_thousand_walkers_shows_the_basin(name: str) -> None:
     params, control, state, _ = PRESETS[name]
     rates = ((state[2] - 0.3, state[2] + 0.3), (state[3] - 0.6, state[3] + 0.6))
-    began = time.perf_counter()
     found = basin(params, control, Slice(state, ("stance_rate", "swing_rate"), rates))
-    assert time.perf_counter() - began < 180.0
     assert 0.01 < found.attracted_share < 0.5

@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, find_gait
+from powered_walker_env.poincare import GaitNotFoundError
 from powered_walker_env.poincare.branches.arclength import EndReason
-from powered_walker_env.poincare.branches.boundary import Boundary, continue_boundary
+from powered_walker_env.poincare.branches.boundary import (
+    Boundary,
+    continue_boundary,
+    stability_boundaries,
+)
 from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.continuation import continue_gait
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
@@ -90,6 +95,24 @@ def test_both_neimark_sacker_points_of_the_branch_lie_on_one_curve(conserving: B
     assert min(abs(np.array(torques) - lower.value)) < 0.2  # by linear interpolation
 
 
+def test_all_boundaries_of_a_gait_are_found_once(conserving: Branch) -> None:
+    params, control, state, _ = PRESETS["camp1997"]
+    gait = find_gait(params, control, state)
+    bounds = ((2.8, 3.0), (700.0, 760.0))
+    curves = stability_boundaries(gait, PLANE, bounds, step=0.1, backend="threading")
+    limits = [point for point in conserving.special_points if point.limits_stability]
+    assert len(limits) == 4
+    # A fold, a doubling, and one curve through both Neimark-Sacker points.
+    assert sorted(curve.kind.name for curve in curves) == [
+        "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING",
+    ]  # fmt: skip
+    doubling = the(conserving, SpecialKind.PERIOD_DOUBLING)
+    alone = continue_boundary(doubling, PLANE, bounds, step=0.1)
+    (same,) = (curve for curve in curves if curve.kind is doubling.kind)
+    np.testing.assert_allclose(same.values, alone.values, rtol=1e-6)
+    assert same.ends == alone.ends
+
+
 def test_passive_walkers_have_boundaries_in_slope_and_shape() -> None:
     compass = next(gait for gait in PASSIVE_GAITS if gait.walker.startswith("compass"))
     gait = find_gait(compass.params, None, compass.state)
@@ -106,6 +129,14 @@ def test_bad_arguments_are_named(conserving: Branch) -> None:
     point = the(conserving, SpecialKind.FOLD)
     with pytest.raises(ValueError, match="two different names"):
         continue_boundary(point, ("slope", "slope"), ((-0.1, 0.1), (-0.1, 0.1)))
+    with pytest.raises(ValueError, match="two different names"):
+        stability_boundaries(point.gait, ("slope", "slope"), ((-0.1, 0.1), (-0.1, 0.1)))
+    with pytest.raises(GaitNotFoundError, match="no limit of stability for stall_torque"):
+        stability_boundaries(conserving.gait(-1), PLANE, ((2.8, 3.0), (744.0, 746.0)))
+    with pytest.raises(ValueError, match=r"bounds must be \(low, high\) for each of"):
+        continue_boundary(point, PLANE, ((2.8, 3.0),))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"bounds must be a pair \(low, high\), got 5.0"):
+        continue_boundary(point, PLANE, ((2.8, 3.0), 5.0))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="bounds must hold the gait's stall_torque"):
         continue_boundary(point, PLANE, ((2.8, 3.0), (800.0, 900.0)))
     with pytest.raises(ValueError, match="parameter must be one of"):

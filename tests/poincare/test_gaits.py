@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,16 @@ from powered_walker_env import (
     Control,
     GaitNotFoundError,
     PostStrikeState,
+    PoweredWalkerEnv,
+    ToeOff,
     WalkerParams,
+    continue_gait,
     find_gait,
+    find_gait_with,
+    find_gaits,
     stride,
 )
+from powered_walker_env.poincare.energy.energetics import costs
 from tests.helpers.published import (
     LIMIT_CYCLES,
     PASSIVE_GAITS,
@@ -63,7 +71,7 @@ def test_passive_gaits_come_back_with_their_printed_multipliers(gait: PassiveGai
     assert abs(found.multipliers[3]) < 1e-12  # the section has one dimension to spare
     assert sorted_like(found.multipliers, gait.multipliers) < 1e-11
     assert found.section_state is None
-    assert found.cost_of_transport == 0
+    assert found.cost_of_transport == pytest.approx(math.sin(gait.params.slope), abs=1e-15)
 
 
 def test_the_round_foot_gait_is_that_of_the_laboratory() -> None:
@@ -145,6 +153,71 @@ def test_a_period_two_gait_is_found_beyond_the_period_doubling() -> None:
     assert double.states.shape == (2, 4)
     assert np.abs(double.states[0] - double.states[1]).max() > 1e-3
     assert double.duration == pytest.approx(2 * single.duration, rel=0.01)
+    walked = [stride(row, control, preset.params, rtol=1e-13) for row in double.states]
+    for energy in ("positive_work", "electrical_energy"):
+        first, second = (getattr(each, energy) for each in walked)
+        assert abs(first - second) > 1e-3 * second  # so that no stride counts twice
+        assert getattr(double, energy) == pytest.approx(first + second, rel=1e-11)
+
+
+SIMPLEST = PRESETS["simplest"]
+
+
+def test_a_period_is_the_least_one_or_the_reason_is_given() -> None:
+    doubled = SIMPLEST.params.replace(slope=0.017)  # past the doubling at 0.0151
+    gait = find_gait(doubled, None, period=2)
+    assert gait.stable and math.dist(gait.states[0], gait.states[1]) > 1e-3
+    # A guess from which Newton leads to the gait of one stride: walking on finds the other.
+    single = find_gait(SIMPLEST.params, None, SIMPLEST.state)
+    for slope in np.linspace(SIMPLEST.params.slope, 0.0155, 12)[1:]:
+        single = find_gait(SIMPLEST.params.replace(slope=slope), None, single.state)
+    assert not single.stable
+    again = find_gait(single.params, None, single.state, period=2)
+    assert again.stable and math.dist(again.states[0], again.states[1]) > 1e-3
+    # A stable gait of one stride has no gait of two beside it.
+    with pytest.raises(GaitNotFoundError, match=r"has period 1; walking on .* not settle on .* 2"):
+        find_gait(SIMPLEST.params, None, SIMPLEST.state, period=2)
+    with pytest.raises(GaitNotFoundError, match="has period 2; walking on"):
+        find_gait(doubled, None, gait.state, period=4)
+
+
+def test_standing_on_the_spot_is_no_gait() -> None:
+    flat = PRESETS["compass"].params.replace(slope=0.0)
+    push = ToeOff(10.0)
+    with pytest.raises(GaitNotFoundError, match="stands on the spot: it comes back after"):
+        find_gait(flat, push, PRESETS["compass"].state)
+    with pytest.raises(GaitNotFoundError, match="stands on the spot"):
+        find_gait_with(
+            PRESETS["compass"].params, None, step_length=1e-5, by="slope",
+            guess=PRESETS["compass"].state,
+        )  # fmt: skip
+    for gait in (find_gait(flat, push), *find_gaits(flat, push, starts=256)):
+        assert gait.step_length > 0.1
+    env = PoweredWalkerEnv(params=flat.to_dict(), scheme="toe-off", control=[10.0])
+    assert env.task.gait[0, 1] - env.task.gait[0, 0] > 0.1
+    branch = continue_gait(find_gait(flat, push), "impulse", (5.0, 12.0), step=0.2)
+    assert all(branch.gait(i).step_length > 1e-3 for i in range(len(branch)))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_one_definition_of_the_cost_of_transport(name: str) -> None:
+    params, control, state, _ = PRESETS[name]
+    gait = find_gait(params, control, state)
+    assert gait.cost_of_transport == pytest.approx(costs(gait).mechanical, rel=1e-12)
+    if control is None:
+        assert gait.cost_of_transport == pytest.approx(math.sin(params.slope), rel=1e-12)
+    else:
+        weight = 2 * params.leg_mass * params.gravity
+        assert gait.cost_of_transport * weight * gait.step_length == pytest.approx(
+            gait.positive_work + weight * gait.step_length * max(math.sin(params.slope), 0.0)
+        )
+
+
+def test_uphill_gravity_puts_nothing_in() -> None:
+    preset = PRESETS["round-foot"]
+    uphill = find_gait(preset.params.replace(slope=-1e-4), preset.control, preset.state)
+    weight = 2 * preset.params.leg_mass * preset.params.gravity
+    assert uphill.cost_of_transport == uphill.positive_work / (weight * uphill.step_length)
 
 
 def test_a_gait_that_does_not_exist_is_refused_with_the_reason() -> None:
@@ -161,5 +234,8 @@ def test_bad_arguments_are_named() -> None:
         find_gait(preset.params, preset.control, preset.state, section="apex")
     with pytest.raises(ValueError, match="'post-strike' for a passive walker"):
         find_gait(WalkerParams(), None, section="switch")
-    with pytest.raises(ValueError, match="period must be at least 1"):
-        find_gait(preset.params, preset.control, period=0)
+    for period, need in ((0, "at least 1, got 0"), (10**6, "at most 1024, got 1000000")):
+        with pytest.raises(ValueError, match=f"period must be {need}"):
+            find_gait(preset.params, preset.control, period=period)
+    with pytest.raises(TypeError, match=r"period must be a whole number, got 1\.5"):
+        find_gait(preset.params, preset.control, period=1.5)  # type: ignore[arg-type]

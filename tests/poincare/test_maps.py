@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
-from powered_walker_env import PRESETS, Outcome, stride
+from powered_walker_env import (
+    PRESETS,
+    Outcome,
+    basin,
+    differentiate_batch,
+    lyapunov_exponent,
+    stride,
+    stride_batch,
+    walk,
+)
+from powered_walker_env.model.powering import as_policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import PARAMETERS, StrideMap, find_gait
-from powered_walker_env.poincare.maps import policy_derivative
+from powered_walker_env.simulation.derivatives import policy_derivative
 from tests.helpers.derivation import Array
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]
@@ -43,9 +57,9 @@ def test_the_derivative_of_a_nonlinear_policy_is_exact_to_its_differences() -> N
     def bent(states: Array) -> Array:
         return NOMINAL + np.tanh(states @ GAIN.T)
 
-    slope = 1 - np.tanh(GAIN @ np.array(STATE)) ** 2
-    found = policy_derivative(StrideMap(PARAMS, bent), np.array(STATE))
-    np.testing.assert_allclose(found, slope[:, np.newaxis] * GAIN, atol=1e-6)
+    steepness = 1 - np.tanh(GAIN @ np.array(STATE)) ** 2
+    found = policy_derivative(as_policy(bent), np.array([STATE]), natural_units(PARAMS))
+    np.testing.assert_allclose(found[0], steepness[:, np.newaxis] * GAIN, atol=1e-6)
 
 
 def test_two_closed_strides_have_the_derivative_of_their_differences() -> None:
@@ -72,9 +86,9 @@ def test_derivatives_by_a_parameter_are_those_of_strides_of_changed_walkers(name
     change = np.subtract(ends[0].state, ends[1].state) / (2 * h)
     np.testing.assert_allclose(point.by_parameters[:, 0], change, rtol=1e-5, atol=1e-7)
     duration = (ends[0].duration - ends[1].duration) / (2 * h)
-    assert point.duration_by[6] == pytest.approx(duration, abs=1e-5)
+    assert point.duration_by[-1] == pytest.approx(duration, abs=1e-5)
     length = (ends[0].step_length - ends[1].step_length) / (2 * h)
-    assert point.step_length_by[6] == pytest.approx(length, abs=1e-5)
+    assert point.step_length_by[-1] == pytest.approx(length, abs=1e-5)
 
 
 def test_durations_and_lengths_add_up_over_strides() -> None:
@@ -92,6 +106,33 @@ def test_unknown_parameters_and_misshapen_policies_are_refused() -> None:
     with pytest.raises(ValueError, match=r"controls of shape \(1, 2\), got \(2,\)"):
         StrideMap(PARAMS, lambda states: NOMINAL)(np.array([STATE]))
     assert "physics" not in PARAMETERS
+
+
+@pytest.mark.parametrize(
+    ("rtol", "error"),
+    [
+        (None, TypeError),
+        (1.0, ValueError),
+        (-1e-9, ValueError),
+        (np.nan, ValueError),
+        (0, ValueError),
+    ],
+)
+def test_tolerances_out_of_bounds_are_refused_wherever_strides_are_walked(
+    rtol: Any, error: type[Exception]
+) -> None:
+    ways: list[Callable[[], Any]] = [
+        lambda: stride(STATE, CONTROL, PARAMS, rtol=rtol),
+        lambda: walk(STATE, CONTROL, PARAMS, 1, rtol=rtol),
+        lambda: stride_batch([STATE], CONTROL, PARAMS, rtol=rtol),
+        lambda: differentiate_batch([STATE], CONTROL, PARAMS, rtol=rtol),
+        lambda: StrideMap(PARAMS, CONTROL, rtol),
+        lambda: lyapunov_exponent(PARAMS, CONTROL, STATE, rtol=rtol),
+        lambda: basin(PARAMS, CONTROL, [STATE], gaits=[], rtol=rtol),
+    ]
+    for way in ways:
+        with pytest.raises(error, match="rtol must"):
+            way()
 
 
 def test_a_map_after_a_fall_is_not_a_number_and_says_how_it_fell() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import time
@@ -12,7 +13,12 @@ import pytest
 
 from powered_walker_env import PRESETS
 from powered_walker_env.poincare import StrideMap
-from powered_walker_env.poincare.work.pieces import LostWorkersError, blocks, run_pieces
+from powered_walker_env.poincare.work.pieces import (
+    LostWorkersError,
+    blocks,
+    run_chains,
+    run_pieces,
+)
 from powered_walker_env.simulation import threads
 from tests.helpers.derivation import Array
 
@@ -90,9 +96,7 @@ def test_interrupted_work_is_resumed_and_other_work_refused(tmp_path: Path) -> N
     pieces = [(calls, number) for number in range(6)]
     with pytest.raises(KeyboardInterrupt):
         run_pieces(count_calls, pieces, backend="threading", jobs=1, checkpoint=kept)
-    assert sorted(file.name for file in kept.glob("*.pickle")) == [
-        f"{k:06d}.pickle" for k in range(4)
-    ]
+    assert sorted(file.name for file in kept.glob("*.npz")) == [f"{k:06d}.npz" for k in range(4)]
     (calls / "go").touch()
     resumed = run_pieces(count_calls, pieces, backend="threading", jobs=1, checkpoint=kept)
     assert resumed == list(range(6))
@@ -101,6 +105,51 @@ def test_interrupted_work_is_resumed_and_other_work_refused(tmp_path: Path) -> N
         run_pieces(count_calls, pieces[:5], checkpoint=kept)
     with pytest.raises(ValueError, match=r"its fingerprint is .* choose another folder"):
         run_pieces(count_calls, [(tmp_path, k) for k in range(6)], checkpoint=kept)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK", None], ids=["empty", "cut", "half"])
+def test_a_damaged_piece_is_computed_again(content: bytes | None, tmp_path: Path) -> None:
+    kept, parts = tmp_path / "kept", blocks(len(STARTS), 6)
+    whole = run_pieces(walk_piece, parts, backend="threading", checkpoint=kept)
+    file = kept / "000002.npz"
+    before = file.read_bytes()
+    file.write_bytes(before[: len(before) // 2] if content is None else content)
+    again = run_pieces(walk_piece, parts, backend="threading", checkpoint=kept)
+    np.testing.assert_array_equal(np.concatenate(again), np.concatenate(whole))
+    with np.load(file, allow_pickle=False) as stored:  # a file that can run no code
+        np.testing.assert_array_equal(stored["value"], whole[2])
+
+
+def test_results_that_cannot_be_kept_are_named(tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="cannot be saved"):
+        run_pieces(lambda n: {n}, [1], backend="threading", checkpoint=tmp_path / "kept")
+
+
+def add(piece: int, before: int | None) -> int:
+    if piece < 0:
+        raise ArithmeticError(piece)
+    return piece + (before or 0)
+
+
+@pytest.mark.parametrize("backend", ["loky", "threading"])
+def test_each_link_of_a_chain_gets_what_the_one_before_found(backend: str, tmp_path: Path) -> None:
+    chains = [[1, 2, 3, 4], [], [10], [5, 5]]
+    found = run_chains(add, chains, backend=backend, jobs=2, checkpoint=tmp_path / "kept")
+    assert found == [[1, 3, 6, 10], [], [10], [5, 10]]
+    (tmp_path / "kept" / "000001.npz").unlink()
+    again = run_chains(add, chains, backend=backend, jobs=2, checkpoint=tmp_path / "kept")
+    assert again == found
+    with pytest.raises(ArithmeticError) as caught:
+        run_chains(add, [[1], [1, 1, -1]], backend=backend, jobs=2)
+    assert caught.value.__notes__ == ["in piece 3 of 4"]
+
+
+def test_what_a_function_is_given_beforehand_belongs_to_the_work(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    power = functools.partial(pow, 2)
+    assert run_pieces(power, [1, 2, 3], backend="threading", checkpoint=kept) == [2, 4, 8]
+    with pytest.raises(ValueError, match=r"belongs to other work: its fingerprint"):
+        run_pieces(functools.partial(pow, 3), [1, 2, 3], backend="threading", checkpoint=kept)
 
 
 def test_a_folder_with_other_files_is_no_checkpoint(tmp_path: Path) -> None:
@@ -116,7 +165,7 @@ def test_bad_options_are_refused() -> None:
         run_pieces(fail_at_two, [1], address="tcp://10.0.0.1:8786")
     with pytest.raises(ValueError, match="jobs must be at least 1, got 0"):
         run_pieces(fail_at_two, [1], jobs=0)
-    with pytest.raises(ValueError, match="retries must not be negative, got -1"):
+    with pytest.raises(ValueError, match="retries must be at least 0, got -1"):
         run_pieces(fail_at_two, [1], retries=-1)
 
 

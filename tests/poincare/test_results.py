@@ -128,8 +128,9 @@ def test_a_policy_comes_back_as_its_name_and_says_so(tmp_path: Path) -> None:
     row = np.array([[control.switch_angle, control.stall_torque]])
     gait = find_gait(THESIS.params, lambda states: np.repeat(row, len(states), 0), THESIS.state)
     loaded = load_result(save_result(gait, tmp_path / "gait.npz"))
-    assert isinstance(loaded.control, UnsavedPolicy)
-    assert "lambda" in loaded.control.description
+    assert isinstance(loaded.control.function, UnsavedPolicy)
+    assert loaded.control.scheme == gait.control.scheme == "motor"
+    assert "lambda" in loaded.control.function.description
     with pytest.raises(ValueError, match=r"the policy .*lambda.* was not saved"):
         loaded.control(np.zeros((1, 4)))
     assert same(loaded, dataclasses.replace(gait, control=loaded.control))
@@ -165,7 +166,7 @@ def rewritten(path: Path, change: Any) -> Path:
         (lambda d: d.update(format="other"), "its format is 'other'"),
         (lambda d: d.update(revision=99), "newer than this package's"),
         (lambda d: d.pop("result"), "KeyError"),
-        (lambda d: d["result"].update(object="Path"), "KeyError: 'Path'"),
+        (lambda d: d["result"].update(object="Path"), "KeyError: 'Path: no type of this package"),
         (lambda d: d["result"]["fields"].update(leg_mass=-1.0), "leg_mass must be positive"),
         (lambda d: d["result"]["fields"].update(wheels=2), "wheels"),
         (lambda d: d["result"]["fields"].update(leg_mass={"array": "gone"}), "gone"),

@@ -9,8 +9,8 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, find_gait
 from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import Gait, StrideMap
-from powered_walker_env.poincare.maps import natural_units
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stability.robustness import gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import transition_times
@@ -119,7 +119,7 @@ def test_transition_times_of_the_map_and_of_walks_agree() -> None:
 
 
 def test_walkers_that_fall_never_settle() -> None:
-    times = transition_times(gait_of("open loop"), (0.5,), size=0.3, directions=8, limit=12)
+    times = transition_times(gait_of("open loop"), (0.5,), size=0.3, deviations=8, limit=12)
     assert (times.simulated == -1).any()
 
 

@@ -30,15 +30,18 @@ from powered_walker_env.poincare.branches.branch import Branch
 from powered_walker_env.poincare.branches.cascades import doubling_cascade
 from powered_walker_env.poincare.branches.ramps import bifurcation_diagram
 from powered_walker_env.poincare.energy.contact import contact_of, contact_report
+from powered_walker_env.poincare.energy.energetics import costs
 from powered_walker_env.poincare.energy.ground_force import ground_force
-from powered_walker_env.poincare.maps import StrideMap, control_scheme, policy_derivative
-from powered_walker_env.poincare.regions.basins import basin, basin_volume
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.regions.basins import basin
 from powered_walker_env.poincare.regions.viability import viable_states
+from powered_walker_env.poincare.regions.volumes import basin_volume
 from powered_walker_env.poincare.regulator import regulate
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.search import find_gaits
 from powered_walker_env.poincare.stability.lyapunov import lyapunov_exponent
 from powered_walker_env.poincare.stability.robustness import gait_sensitivity
 from powered_walker_env.poincare.stability.transitions import transition_times
+from powered_walker_env.poincare.wanted import find_gait_with
 from tests.helpers.samples import DECIDING, scheme_arguments
 
 NAMES = [*DECIDING, "passive"]
@@ -117,7 +120,7 @@ def force_under(gait: Gait, control: Any) -> None:
 def gaits_of(gait: Gait, control: Any) -> None:
     found = find_gaits(gait.params, control, starts=64, backend="threading")
     sections = {each.section for each in found}
-    assert sections <= {"switch" if control_scheme(control).switches else "post-strike"}
+    assert sections <= {"switch" if scheme_of(control).switches else "post-strike"}
 
 
 QUESTIONS: list[Callable[[Gait, Any], None]] = [
@@ -153,8 +156,15 @@ def sensitivity_of(gait: Gait) -> None:
 
 
 def transitions_of(gait: Gait) -> None:
-    times = transition_times(gait, (0.5,), size=1e-6, directions=2, limit=3)
+    times = transition_times(gait, (0.5,), size=1e-6, deviations=2, limit=3)
     assert times.growth > 0
+
+
+def costs_of(gait: Gait) -> None:
+    found = costs(gait)
+    assert found.mechanical == pytest.approx(gait.cost_of_transport, rel=1e-12)
+    assert found.net == pytest.approx(found.lost, rel=1e-6, abs=1e-9)  # what is put in is lost
+    assert found.scheme == scheme_of(gait.control).name
 
 
 def saved(gait: Gait) -> None:
@@ -166,7 +176,7 @@ def saved(gait: Gait) -> None:
     assert again.electrical_energy == gait.electrical_energy
 
 
-@pytest.mark.parametrize("question", [sensitivity_of, transitions_of, saved])
+@pytest.mark.parametrize("question", [sensitivity_of, transitions_of, costs_of, saved])
 @pytest.mark.parametrize("name", NAMES)
 def test_gaits_of_every_scheme(
     name: str,
@@ -212,12 +222,10 @@ def test_every_scheme_can_be_saved_by_its_own_controls(name: str) -> None:
 @pytest.mark.parametrize("name", DECIDING)
 def test_a_regulator_knows_its_scheme_and_calms_the_gait(name: str) -> None:
     gait, loop = gait_of(name), closed(name)
-    assert control_scheme(loop.control).name == name
+    assert scheme_of(loop.control).name == name
     assert loop.state == pytest.approx(gait.state, abs=1e-9)
     np.testing.assert_allclose(loop.control(np.array([gait.state]))[0], nominal_of(gait))  # type: ignore[operator, misc, arg-type]
-    expected = gait.jacobian + gait.control_jacobian @ policy_derivative(
-        StrideMap(gait.params, loop.control), np.array(gait.state)
-    )
+    expected = gait.jacobian + gait.control_jacobian @ loop.control.gain  # type: ignore[union-attr]
     np.testing.assert_allclose(loop.jacobian, expected, atol=1e-6 * np.abs(expected).max())
 
 
@@ -238,9 +246,8 @@ def test_a_controller_of_an_environment_is_a_policy_of_its_scheme(name: str) -> 
     gait = gait_of(name)
     loop = find_gait(gait.params, policy, gait.state)
     assert loop.state == pytest.approx(gait.state, abs=1e-8)
-    steering = np.zeros((2, 4))
-    reach = env.task.half_range[:, np.newaxis] * 0.01 / env.task.scale[0]
-    steering[list(SCHEMES[name].columns), :1] = reach
+    steering = np.zeros((len(env.task.nominal), 4))
+    steering[:, :1] = env.task.half_range[:, np.newaxis] * 0.01 / env.task.scale[0]
     expected = gait.jacobian + gait.control_jacobian @ steering
     np.testing.assert_allclose(loop.jacobian, expected, atol=1e-6 * np.abs(expected).max())
 

@@ -9,7 +9,8 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, GaitNotFoundError, find_gait, stride
 from powered_walker_env.poincare.branches.continuation import continue_gait
-from powered_walker_env.poincare.search import find_gait_with, find_gaits
+from powered_walker_env.poincare.search import find_gaits
+from powered_walker_env.poincare.wanted import find_gait_with
 from tests.helpers.derivation import Array
 from tests.helpers.published import PASSIVE_GAITS, load
 
@@ -81,6 +82,29 @@ def test_cycles_of_two_strides_are_found_once_and_without_those_of_one() -> None
     assert not single.stable
 
 
+# Li and Yang 2012 (Commun. Nonlinear Sci. 17): windows of the simplest walker's slope in which
+# stable gaits of three and four strides, born at folds, coexist with its gait of one.
+@pytest.mark.parametrize(
+    ("period", "low", "high"), [(3, 0.0122808, 0.0126350), (4, 0.0100898, 0.0101318)]
+)
+def test_the_simplest_walkers_stable_gaits_of_three_and_four_strides_are_found(
+    period: int, low: float, high: float
+) -> None:
+    for share in (0.1, 0.5, 0.9):
+        params = PRESETS["simplest"].params.replace(slope=low + share * (high - low))
+        found = find_gaits(params, None, period=period)
+        stable = [gait for gait in found if gait.stable]
+        assert len(stable) == 1, (share, found)
+        (gait,) = stable
+        for i in range(period):
+            for j in range(i):
+                assert math.dist(gait.states[i], gait.states[j]) > 1e-3
+        assert len([gait for gait in find_gaits(params, None) if gait.stable]) == 1
+    for outside in (low - 2e-6, high + 2e-6):
+        params = PRESETS["simplest"].params.replace(slope=outside)
+        assert not any(gait.stable for gait in find_gaits(params, None, period=period))
+
+
 def test_closed_loops_have_gaits_too() -> None:
     found = find_gaits(ROUND.params, policy, starts=512)
     assert min(math.dist(gait.state, ROUND.state) for gait in found) < 1e-9
@@ -123,8 +147,10 @@ def test_a_step_length_out_of_reach_is_refused_with_how_near_it_came() -> None:
 
 
 def test_bad_arguments_are_named() -> None:
-    with pytest.raises(ValueError, match="period and starts must be at least 1"):
+    with pytest.raises(ValueError, match="period must be at least 1, got 0"):
         find_gaits(ROUND.params, ROUND.control, period=0)
+    with pytest.raises(ValueError, match="starts must be at least 1, got 0"):
+        find_gaits(ROUND.params, ROUND.control, starts=0)
     with pytest.raises(ValueError, match="give either step_length or speed"):
         find_gait_with(ROUND.params, ROUND.control)
     with pytest.raises(ValueError, match="give either step_length or speed"):

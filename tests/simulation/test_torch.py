@@ -10,9 +10,19 @@ import torch
 from torch.autograd import gradcheck
 
 import powered_walker_env.torch as adapter
-from powered_walker_env import PRESETS, WalkerParams, differentiate_batch, stride_batch
+from powered_walker_env import (
+    PRESETS,
+    ToeOff,
+    WalkerParams,
+    differentiate_batch,
+    regulate,
+    stride_batch,
+)
+from powered_walker_env.model.powering import SCHEMES
 from powered_walker_env.torch import differentiable_strides
 from tests.helpers.published import PASSIVE_GAITS
+from tests.helpers.samples import DECIDING
+from tests.poincare.test_schemes_laboratory import gait_of, half_range
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]
 assert CONTROL is not None
@@ -157,6 +167,51 @@ def test_derivatives_are_calculated_only_if_they_are_wanted(
     assert widths == [4, 2, 6]
 
 
+@pytest.mark.parametrize("name", DECIDING)
+def test_gradients_of_every_scheme_are_its_derivatives(name: str) -> None:
+    gait = gait_of(name)
+    start = torch.tensor([gait.state], dtype=torch.float64, requires_grad=True)
+    numbers = [getattr(gait.control, each) for each in SCHEMES[name].numbers]
+    control = torch.tensor(numbers, dtype=torch.float64, requires_grad=True)
+    found = differentiable_strides(start, control, gait.params, scheme=name, rtol=TIGHT)
+    found.state[:, 2].sum().backward()
+    known = differentiate_batch([gait.state], gait.control, gait.params, rtol=TIGHT)
+    assert start.grad is not None and control.grad is not None
+    np.testing.assert_allclose(start.grad.numpy(), known.by_state[:, 2], rtol=1e-12)
+    np.testing.assert_allclose(control.grad.numpy(), known.by_control[0, 2], rtol=1e-12)
+    same = differentiable_strides(start, gait.control, gait.params, rtol=TIGHT)
+    np.testing.assert_array_equal(same.state.detach().numpy(), found.state.detach().numpy())
+
+
+@pytest.mark.parametrize("name", DECIDING)
+def test_gradients_under_a_policy_are_those_of_the_closed_loop(name: str) -> None:
+    gait = gait_of(name)
+    law = regulate(gait, half_range(gait))
+    start = torch.tensor([gait.state], dtype=torch.float64, requires_grad=True)
+    differentiable_strides(start, law, gait.params, rtol=TIGHT).state[:, 3].sum().backward()
+    known = differentiate_batch([gait.state], law, gait.params, rtol=TIGHT)
+    assert start.grad is not None
+    np.testing.assert_allclose(start.grad.numpy(), known.by_state[:, 3], rtol=1e-12)
+    with torch.no_grad():
+        walked = differentiable_strides(start, law, gait.params)
+    np.testing.assert_array_equal(
+        walked.state.numpy(), stride_batch([gait.state], law, gait.params).state
+    )
+
+
+def test_a_module_is_called_with_the_states() -> None:
+    layer = torch.nn.Linear(4, 2).double()
+    with torch.no_grad():
+        layer.weight.zero_()
+        layer.bias.copy_(NOMINAL)
+    found = differentiable_strides(states(3), layer, PARAMS)
+    np.testing.assert_array_equal(
+        found.state.detach().numpy(), differentiable_strides(states(3), NOMINAL, PARAMS).state
+    )
+    found.state.square().sum().backward()
+    assert layer.weight.grad is not None and layer.weight.grad.any()
+
+
 def test_second_derivatives_are_refused() -> None:
     start = states(1).requires_grad_()
     found = differentiable_strides(start, NOMINAL, PARAMS).state.square().sum()
@@ -177,7 +232,7 @@ def test_second_derivatives_are_refused() -> None:
         ({"states": torch.zeros((1, 4), dtype=torch.int64)}, TypeError, "states must be of type"),
         ({"states": np.zeros((1, 4))}, TypeError, "states must be a tensor, got array"),
         ({"controls": torch.zeros((3, 2))}, ValueError, "controls must have one row for each"),
-        ({"controls": torch.tensor([7.0, 1.0])}, ValueError, "controls must have switch angles"),
+        ({"controls": torch.tensor([7.0, 1.0])}, ValueError, "controls: switch_angle must lie"),
         (
             {"parameters": {"foot_radius": torch.tensor(-1.0)}},
             ValueError,
@@ -195,6 +250,14 @@ def test_second_derivatives_are_refused() -> None:
         ),
         ({"parameters": {"mass": torch.tensor(1.0)}}, ValueError, "parameters are of .*'mass'"),
         ({"rtol": 0.1}, ValueError, "rtol must lie in"),
+        ({"rtol": None}, TypeError, "rtol must be a real number, got None"),
+        (
+            {"params": [WalkerParams()]},
+            TypeError,
+            "params must be one WalkerParams, got .* goes in",
+        ),
+        ({"controls": ToeOff(0.1), "scheme": "motor"}, ValueError, "got one of scheme 'toe-off'"),
+        ({"scheme": "rocket"}, ValueError, "scheme must be one of"),
     ],
 )
 def test_bad_input_is_named(changes: dict[str, Any], error: type[Exception], message: str) -> None:

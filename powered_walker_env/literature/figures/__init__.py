@@ -10,40 +10,31 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import os
 import shutil
-import time
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from powered_walker_env.files import write_text
+from powered_walker_env.literature.clock import Clock, Progress
 from powered_walker_env.literature.figures.figure5 import COLUMNS, Figure5, figure_5
 from powered_walker_env.literature.figures.statements import Statement, statements
 from powered_walker_env.literature.figures.studies import (
     SETTINGS,
     Figure6,
-    Setting,
     control_of,
     figure_4,
     figure_6,
 )
-from powered_walker_env.pictures.charts import (
-    Drawing,
-    branch_figure,
-    gait_figure,
-    save_drawing,
-    stability_figure,
-)
 from powered_walker_env.poincare import Gait
 from powered_walker_env.results import versions
 
-NODES = 200  # gaits looked at in the search for figure 5, in each physics
-SHARE = 60  # of the progress bar for the rest, in units of one gait of the search
+if TYPE_CHECKING:
+    from powered_walker_env.pictures.charts import Drawing
 
-#: Called as the work goes on: units done, units in all, seconds left.
-Progress = Callable[[int, int, float], None]
+NODES = 200  # gaits looked at in the search for figure 5, in each physics
+SHARE = 60  # of the progress for the rest, in units of one gait of the search
 
 
 def reproduce(
@@ -66,36 +57,30 @@ def reproduce(
 
     Raises:
         FileExistsError: the folder exists, and `overwrite` is not set.
+        OSError: no folder can be made there.
+        ImportError: without matplotlib.
     """
+    from powered_walker_env.pictures.charts import save_drawing
+
     target = Path(out)
     if target.exists() and not overwrite:
         raise FileExistsError(f"{str(target)!r} exists already; choose another or overwrite it")
     if target.exists() and not target.is_dir():
         raise FileExistsError(f"{str(target)!r} is not a folder; choose another name")
-    aside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    # Always the same name: what a killed run has left, the next one takes away.
+    aside = target.with_name(f".{target.name}.part")
     shutil.rmtree(aside, ignore_errors=True)
-    aside.mkdir(parents=True)
+    aside.mkdir(parents=True)  # before the work, which would be lost if that were impossible
     try:
-        report = _fill(aside, nodes, _Clock(len(SETTINGS) * (nodes + SHARE), progress))
+        report, drawings = _studied(nodes, Clock(len(SETTINGS) * (nodes + SHARE), progress))
+        for name, drawing in drawings.items():
+            save_drawing(drawing, aside / name)
+        write_text(aside / "report.json", json.dumps(report, indent=2))
+        write_text(aside / "report.txt", report_text(report))
         _move(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     return report
-
-
-class _Clock:
-    """Counts units of work and tells how long the rest will take."""
-
-    def __init__(self, total: int, progress: Progress | None) -> None:
-        self.total, self.progress = total, progress
-        self.done, self.began = 0, time.monotonic()
-
-    def __call__(self, units: int = 1) -> None:
-        self.done = min(self.done + units, self.total)
-        if self.progress is not None:
-            taken = time.monotonic() - self.began
-            left = taken / self.done * (self.total - self.done) if self.done else math.nan
-            self.progress(self.done, self.total, left)
 
 
 def _move(aside: Path, target: Path) -> None:
@@ -107,45 +92,41 @@ def _move(aside: Path, target: Path) -> None:
         os.replace(file, target / file.name)
 
 
-def _fill(folder: Path, nodes: int, clock: _Clock) -> dict[str, Any]:
+def _studied(nodes: int, clock: Clock) -> tuple[dict[str, Any], dict[str, Drawing]]:
+    """The report, and the drawings by name."""
     report: dict[str, Any] = {"versions": versions()}
-    clock(0)
-    for setting in SETTINGS:
-        begun = clock.done
-        gait = figure_4(setting)
-        six = figure_6(setting, gait)
-        clock(SHARE // 2)
-        five = figure_5(six, nodes, clock)
-        for name, drawing in _drawings(setting, six, five).items():
-            save_drawing(drawing, folder / f"{name}-{setting.physics.replace('_', '-')}")
-        found = statements(six, five)
-        report[setting.physics] = [dataclasses.asdict(statement) for statement in found]
-        clock(begun + nodes + SHARE - clock.done)
-    write_text(folder / "report.json", json.dumps(report, indent=2))
-    write_text(folder / "report.txt", report_text(report))
-    return report
+    drawings: dict[str, Drawing] = {}
+    for number, setting in enumerate(SETTINGS, start=1):
+        six = figure_6(setting, figure_4(setting))
+        clock.tick(SHARE // 2)
+        five = figure_5(six, nodes, clock.tick)
+        drawings |= _drawings(setting.physics.replace("_", "-"), six, five)
+        report[setting.physics] = [dataclasses.asdict(s) for s in statements(six, five)]
+        clock.tick(number * (nodes + SHARE) - clock.done)
+    return report, drawings
 
 
-def _drawings(setting: Setting, six: Figure6, five: Figure5) -> dict[str, Drawing]:
-    words = setting.physics.replace("_", " ")
+def _drawings(physics: str, six: Figure6, five: Figure5) -> Mapping[str, Drawing]:
+    from powered_walker_env.pictures import charts
+
+    words, onset = physics.replace("-", " "), six.falling_back
     branches = [six.branch, six.doubled]
-    onsets = {
-        f"foot falls back below {o.stall_torque:.2f} N m": o.stall_torque
-        for o in [six.falling_back]
-        if o is not None
-    }
+    torque = {} if onset is None else {
+        f"foot falls back below {onset.stall_torque:.2f} N m": onset.stall_torque
+    }  # fmt: skip
     angle = control_of(six.gait).switch_angle
-    stability = stability_figure(
-        branches, onsets=onsets, samples=(six.stall_torques, six.radii), top=2.5,
+    stability = charts.stability_figure(
+        branches, onsets=torque, samples=(six.stall_torques, six.radii), top=2.5,
         title=f"Camp 1997, figure 6, {words}: switch angle {angle:g} rad",
     )  # fmt: skip
+    title = _title(5, five.drawn.gait, words) + (five.drawn.solved and ", by construction")
+    gait = charts.gait_figure(five.drawn.gait, title=title, foot_panel=True)
     searched = dict(zip(COLUMNS, five.searched.T, strict=True))
-    figure5 = gait_figure(five.drawn.gait, title=_title(5, five.drawn.gait, words), foot_panel=True)
     return {
-        "figure4": gait_figure(six.gait, title=_title(4, six.gait, words)),
-        "figure5": Drawing(figure5.figure, figure5.columns, {"search": searched}),
-        "figure6": stability,
-        "branch": branch_figure(branches, title=f"Gaits along figure 6, {words}"),
+        f"figure4-{physics}": charts.gait_figure(six.gait, title=_title(4, six.gait, words)),
+        f"figure5-{physics}": charts.Drawing(gait.figure, gait.columns, {"search": searched}),
+        f"figure6-{physics}": stability,
+        f"branch-{physics}": charts.branch_figure(branches, title=f"Gaits along figure 6, {words}"),
     }
 
 
@@ -158,7 +139,7 @@ def _title(number: int, gait: Gait, words: str) -> str:
     )
 
 
-def report_text(report: dict[str, Any]) -> str:
+def report_text(report: Mapping[str, Any]) -> str:
     """The report for people."""
     lines = ["Camp 1997, figures 4 to 6: what holds", ""]
     verdicts = {True: "holds", False: "does not hold", None: "for information"}

@@ -34,6 +34,7 @@ class Candidate:
     gait: Gait
     overrun: float  # rad, how far its foot falls back past its stop
     reversals: int  # times its ankle turns round while the motor runs
+    solved: str  # the number of the control solved for a multiplier of 0.61; empty if none is
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,9 @@ class Figure5:
     def drawn(self) -> Candidate:
         """The one that turns more often."""
         other = self.at_torque
-        return self.on_branch if other is None else max(self.on_branch, other, key=_turns)
+        if other is not None and other.reversals > self.on_branch.reversals:
+            return other
+        return self.on_branch
 
     @property
     def stable(self) -> Array:
@@ -59,10 +62,6 @@ class Figure5:
     def not_monotone(self) -> Array:
         """(n, 5) of them, those whose foot does not extend monotonely."""
         return self.stable[(self.stable[:, 4] > 0) | (self.stable[:, 3] > STILL)]
-
-
-def _turns(candidate: Candidate) -> int:
-    return candidate.reversals
 
 
 def figure_5(figure: Figure6, nodes: int, step: Callable[[], None]) -> Figure5:
@@ -76,15 +75,15 @@ def figure_5(figure: Figure6, nodes: int, step: Callable[[], None]) -> Figure5:
         step: called after each.
     """
     searched = _flood(figure.gait, figure.setting.lattice, nodes, step)
-    found = Figure5(_candidate(_nearest_on_branch(figure)), None, searched)
+    found = Figure5(_nearest_on_branch(figure), None, searched)
     return dataclasses.replace(found, at_torque=_turning_most(figure.gait, found.not_monotone))
 
 
-def _candidate(gait: Gait) -> Candidate:
-    return Candidate(gait, *foot_motion(gait))
+def _candidate(gait: Gait, solved: str = "") -> Candidate:
+    return Candidate(gait, *foot_motion(gait), solved)
 
 
-def _nearest_on_branch(figure: Figure6) -> Gait:
+def _nearest_on_branch(figure: Figure6) -> Candidate:
     """The gait with a foot that falls back whose radius is 0.61, or comes nearest to it."""
     at, (low, high) = upper_part(figure.gait, figure.branch), figure.stable_range
     high = high if figure.falling_back is None else figure.falling_back.stall_torque
@@ -92,9 +91,10 @@ def _nearest_on_branch(figure: Figure6) -> Gait:
     excess = np.array([at(t).spectral_radius - RADIUS_5 for t in torques.tolist()])
     crossings = np.flatnonzero(excess[:-1] * excess[1:] < 0)
     if not len(crossings):
-        return at(float(torques[np.argmin(np.abs(excess))]))
+        return _candidate(at(float(torques[np.argmin(np.abs(excess))])))
     left, right = torques[crossings[-1]], torques[crossings[-1] + 1]
-    return at(float(brentq(lambda t: at(t).spectral_radius - RADIUS_5, left, right, xtol=1e-8)))
+    root = float(brentq(lambda t: at(t).spectral_radius - RADIUS_5, left, right, xtol=1e-8))
+    return _candidate(at(root), "stall torque")
 
 
 def _turning_most(start: Gait, rows: Array) -> Candidate | None:
@@ -120,7 +120,7 @@ def _turning_most(start: Gait, rows: Array) -> Candidate | None:
         return find_gait(params, Control(switch_angle, float(left[1])), guess.state)
 
     root = brentq(lambda s: at(s).spectral_radius - RADIUS_5, left[0], right[0], xtol=1e-10)
-    return _candidate(at(float(root)))
+    return _candidate(at(float(root)), "switch angle")
 
 
 def _reach(start: Gait, row: Array, steps: int = 10) -> Gait:

@@ -12,7 +12,6 @@ from powered_walker_env.literature.figures.figure5 import RADIUS_5, Figure5
 from powered_walker_env.literature.figures.studies import (
     RADIUS_4,
     Figure6,
-    Onset,
     control_of,
     torque_of,
 )
@@ -68,9 +67,11 @@ def _figure_5(five: Figure5) -> list[Statement]:
         pairs.append(("figure 5, at another switch angle", five.at_torque))
     for topic, candidate in pairs:
         gait, reversals = candidate.gait, candidate.reversals
+        solved = candidate.solved and f" (by construction: the {candidate.solved} is solved for it)"
         numbers = {
             **dataclasses.asdict(control_of(gait)),
             "spectral_radius": gait.spectral_radius,
+            "solved_for_it": candidate.solved,
             "overrun_rad": candidate.overrun,
             "reversals": reversals,
             "stable_gaits_searched": len(stable),
@@ -78,7 +79,7 @@ def _figure_5(five: Figure5) -> list[Statement]:
         }
         words = (
             f"at {torque_of(gait):.4f} N m, switch angle {numbers['switch_angle']:.5f}, the "
-            f"largest multiplier is {gait.spectral_radius:.4f}; the foot falls back "
+            f"largest multiplier is {gait.spectral_radius:.4f}{solved}; the foot falls back "
             f"{candidate.overrun:.4f} rad and the ankle turns round {reversals} "
             f"{'time' if reversals == 1 else 'times'}; of {len(stable)} stable gaits searched, "
             f"{len(turned)} have such a foot, multipliers {turned[:, 2].min():.2f} to "
@@ -94,7 +95,7 @@ def _extended(six: Figure6) -> Statement:
     lock = six.gait.params.locked_ankle_angle
     feet = []
     for gait in six.gaits:
-        struck = walk(gait.state, gait.control, gait.params, 1, sample_interval=0)  # type: ignore[arg-type]
+        struck = walk(gait.state, gait.control, gait.params, 1, sample_interval=0)
         feet.append(lock - struck.q[-1, 1])
     return Statement(
         "foot at heel strike",
@@ -104,10 +105,6 @@ def _extended(six: Figure6) -> Statement:
         bool(min(feet) > 0),
         {"least_rad": min(feet), "most_rad": max(feet)},
     )
-
-
-def _numbers(onset: Onset) -> dict[str, Any]:
-    return dataclasses.asdict(onset)
 
 
 def _onset(six: Figure6) -> Statement:
@@ -126,7 +123,7 @@ def _onset(six: Figure6) -> Statement:
         f"and {onset.slope_above:+.4f} above; the gait is stable on both sides, from {low:.4f} "
         f"to {high:.4f} N m",
         bool(onset.radius < 1 and away > 0 and change < MAJOR),
-        {**_numbers(onset), "distance_to_a_stability_limit": away},
+        {**dataclasses.asdict(onset), "distance_to_a_stability_limit": away},
     )
 
 
@@ -153,9 +150,8 @@ def _late(six: Figure6) -> Statement:
             f"way; the largest multiplier is {onset.radius:.3f} there and rises by "
             f"{onset.slope_below:.3f} per N m below and {onset.slope_above:.3f} above"
         )
-    return Statement(
-        "second onset", "not mentioned", words, None, {} if onset is None else _numbers(onset)
-    )
+    numbers = {} if onset is None else dataclasses.asdict(onset)
+    return Statement("second onset", "not mentioned", words, None, numbers)
 
 
 def _doubling(six: Figure6) -> Statement:

@@ -119,8 +119,8 @@ def figure_6(setting: Setting, gait: Gait) -> Figure6:
         doubling=doubling,
         stall_torques=torques,
         gaits=tuple(at(torque) for torque in torques.tolist()),
-        falling_back=_onset(at, motor_start_acceleration, setting.window),
-        turning_late=_late_onset(at, setting.window),
+        falling_back=_onset(at, motor_start_acceleration, setting.window, 1e-6),
+        turning_late=_onset(at, turns_twice, setting.window, 1e-4),
     )
 
 
@@ -159,28 +159,21 @@ def motor_start_acceleration(gait: Gait) -> float:
     return float(ddalpha - ddphi)
 
 
+def turns_twice(gait: Gait) -> float:
+    """Above zero where the ankle turns round more than once, below where it does not."""
+    return 0.5 if foot_motion(gait)[1] >= 2 else -0.5
+
+
 def _onset(
-    at: Callable[[float], Gait], test: Callable[[Gait], float], window: tuple[float, float]
+    at: Callable[[float], Gait],
+    test: Callable[[Gait], float],
+    window: tuple[float, float],
+    exact: float,
 ) -> Onset | None:
+    """The stall torque at which the test changes its sign, to `exact` N m; None if it keeps it."""
     low, high = window
     if test(at(low)) * test(at(high)) > 0:
         return None
-    torque = float(brentq(lambda value: test(at(value)), low, high, xtol=1e-6))
-    return _onset_at(at, torque)
-
-
-def _late_onset(at: Callable[[float], Gait], window: tuple[float, float]) -> Onset | None:
-    """The stall torque above which the ankle turns round twice, by bisection to 1e-4 N m."""
-    low, high = window
-
-    def turns_twice(value: float) -> float:
-        return 0.5 if foot_motion(at(value))[1] >= 2 else -0.5
-
-    if turns_twice(low) * turns_twice(high) > 0:
-        return None
-    return _onset_at(at, float(brentq(turns_twice, low, high, xtol=1e-4)))
-
-
-def _onset_at(at: Callable[[float], Gait], torque: float) -> Onset:
+    torque = float(brentq(lambda value: test(at(value)), low, high, xtol=exact))
     below, here, above = (at(torque + k * SLOPE_STEP).spectral_radius for k in (-1.0, 0.0, 1.0))
     return Onset(torque, here, (here - below) / SLOPE_STEP, (above - here) / SLOPE_STEP)

@@ -1,21 +1,19 @@
-"""Every published value that the package reproduces, in one table.
+"""Every published value that the package reproduces, as lines of one table.
 
     rows = validate()            # about ten seconds; validate(long=True) for the cascades too
     print(table_text(rows))
 
 One small module per family computes its values (`wheel`, `passive`, `simplest`, `compass`,
-`mcgeer`, `toe_off`, `thesis`; `cascades` for those that take long); `published.json` and
-`limit_cycles.json` hold the values themselves, with their sources; `checks` compares. A value
-that does not come out stays in the table, with the reason. To add a family: a module with
-`rows(long)`, and a line in `FAMILIES`.
+`mcgeer`, `toe_off`, `thesis`; `cascades` for those that take long); `published` reads the values
+themselves, with their sources; `rows` compares. A value that does not come out stays in the
+table, with the reason. To add a family: a module with a `FAMILY`, and a line in `FAMILIES`.
 """
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
+from powered_walker_env.literature.clock import Clock, Progress
 from powered_walker_env.literature.values import (
     compass,
     mcgeer,
@@ -25,17 +23,15 @@ from powered_walker_env.literature.values import (
     toe_off,
     wheel,
 )
-from powered_walker_env.literature.values.checks import Row
-from powered_walker_env.literature.values.tables import table_csv, table_data, table_text
+from powered_walker_env.literature.values.published import Kind
+from powered_walker_env.literature.values.rows import Family, Row
+from powered_walker_env.literature.values.table import table_csv, table_data, table_text
 
-#: The lines of each family; the argument asks for those that take long, too.
-FAMILIES: dict[str, Callable[[bool], list[Row]]] = {
-    module.FAMILY: module.rows
+#: All families, by name.
+FAMILIES: dict[str, Family] = {
+    module.FAMILY.name: module.FAMILY
     for module in (wheel, passive, simplest, compass, mcgeer, toe_off, thesis)
 }
-
-#: Called as the work goes on: families done, families in all, seconds left.
-Progress = Callable[[int, int, float], None]
 
 
 def validate(
@@ -58,14 +54,20 @@ def validate(
     for name in families:
         if name not in FAMILIES:
             raise ValueError(f"family must be one of {', '.join(FAMILIES)}, got {name!r}")
-    rows: list[Row] = []
-    began = time.monotonic()
-    for done, name in enumerate(families):
-        if progress is not None:
-            left = (time.monotonic() - began) / done * (len(families) - done) if done else math.nan
-            progress(done, len(families), left)
-        rows += FAMILIES[name](long)
+    rows, clock = [], Clock(len(families), progress)
+    for name in families:
+        rows += FAMILIES[name].rows(long)
+        clock.tick()
     return rows
 
 
-__all__ = ["FAMILIES", "Progress", "Row", "table_csv", "table_data", "table_text", "validate"]
+__all__ = [
+    "FAMILIES",
+    "Family",
+    "Kind",
+    "Row",
+    "table_csv",
+    "table_data",
+    "table_text",
+    "validate",
+]

@@ -6,12 +6,11 @@ import functools
 import math
 
 from powered_walker_env.literature.values.cascades import cascade, last_ratio, limit
-from powered_walker_env.literature.values.checks import Measures, Row, digits_row, printed_rows
-from powered_walker_env.literature.values.published import load
+from powered_walker_env.literature.values.published import Kind, Origin, load
+from powered_walker_env.literature.values.rows import Family, Measures, Row, digits_rows
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.poincare import Gait, find_gait
 
-FAMILY = "compass"
 BOUNDS = (0.03, 0.095)  # slopes, rad: from below 3 degrees to beyond the cascade
 
 
@@ -31,17 +30,11 @@ def _doubling(number: int) -> float:
     return math.degrees(cascade(_gait(), "slope", BOUNDS, max(2, number)).values[number - 1])
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
+def _known() -> list[Row]:
     first = load("published.json")["compass_cascade_degrees"]["first"]["deg"]
     accuracy = math.degrees(load("published.json")["accuracy"]["states"])
-    lines = [
-        digits_row(
-            FAMILY, "compass gait, in its slope", "this project's independent code",
-            "first doubling, degrees", first, _doubling(1), accuracy,
-        )
-    ]  # fmt: skip
-    return lines + printed_rows(FAMILY, MEASURES, long)
+    origin = Origin(Kind.OWN, "compass", "compass gait, in its slope", Kind.OWN)
+    return digits_rows(origin, [("first doubling, degrees", first, _doubling(1))], accuracy)
 
 
 MEASURES: Measures = {
@@ -56,3 +49,5 @@ MEASURES: Measures = {
     "chaos": lambda: math.degrees(limit(_gait(), "slope", BOUNDS)),
     "feigenbaum": lambda: last_ratio(_gait(), "slope", BOUNDS),
 }
+
+FAMILY = Family("compass", MEASURES, _known)

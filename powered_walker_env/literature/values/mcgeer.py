@@ -11,11 +11,10 @@ import functools
 
 from scipy.optimize import brentq
 
-from powered_walker_env.literature.values.checks import Measures, Row, printed_rows
+from powered_walker_env.literature.values.rows import Family
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.poincare import Branch, Gait, continue_gait, find_gait
 
-FAMILY = "mcgeer"
 HALF_ANGLE = 0.3  # α₀, rad
 BOUNDS = (0.015, 0.09)  # slopes
 POINT_FEET_GUESS = (-0.20, 0.20, 0.31, 0.23)  # at slope 2.5 %
@@ -62,16 +61,14 @@ def _mode(number: int) -> float:
     return float(sorted(_nominal().multipliers[:3].real.tolist(), reverse=True)[number])
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
-    return printed_rows(FAMILY, MEASURES, long)
-
-
-MEASURES: Measures = {
-    "slope": lambda: _at_half_angle(True).params.slope,
-    "duration": lambda: _at_half_angle(True).duration,
-    "point_feet_beyond": lambda: float(_at_half_angle(False).multipliers.real.min() < -1.0),
-    "speed_mode": lambda: _mode(0),
-    "swing_mode": lambda: _mode(1),
-    "totter_mode": lambda: _mode(2),
-}
+FAMILY = Family(
+    "mcgeer",
+    {
+        "slope": lambda: _at_half_angle(True).params.slope,
+        "duration": lambda: _at_half_angle(True).duration,
+        "point_feet_beyond": lambda: float(_at_half_angle(False).multipliers.real.min() < -1.0),
+        "speed_mode": lambda: _mode(0),
+        "swing_mode": lambda: _mode(1),
+        "totter_mode": lambda: _mode(2),
+    },
+)

@@ -9,41 +9,41 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 
-from powered_walker_env.literature.values.checks import Measures, Row, digits_row, printed_rows
-from powered_walker_env.literature.values.published import PASSIVE_GAITS, PassiveGait, load
+from powered_walker_env.literature.values.published import (
+    PASSIVE_GAITS,
+    Origin,
+    PassiveGait,
+    load,
+)
+from powered_walker_env.literature.values.rows import Family, Row, digits_rows, multipliers
+from powered_walker_env.model.powering import ToeOffAtStrike
 from powered_walker_env.model.presets import PRESETS
-from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import Gait, find_gait
 
 ROUNDED = 3  # decimals of the state that the search for a published gait starts from
-FAMILY = "passive"
+STATE = ("stance angle, rad", "swing angle, rad", "stance rate, rad/s", "swing rate, rad/s")
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
-    found = [row for published in PASSIVE_GAITS for row in _rows_of(published)]
-    return found + printed_rows(FAMILY, MEASURES, long)
-
-
-def _rows_of(published: PassiveGait) -> list[Row]:
-    accuracy = load("published.json")["accuracy"]
-    gait = find_gait(published.params, None, [round(x, ROUNDED) for x in published.state])
-    names = ("stance angle, rad", "swing angle, rad", "stance rate, rad/s", "swing rate, rad/s")
+def gait_rows(family: str, published: PassiveGait) -> list[Row]:
+    """State, duration, length and multipliers of a gait known in full precision."""
+    push = published.toe_off_impulse
+    control = ToeOffAtStrike(push) if push else None
+    gait = find_gait(published.params, control, [round(x, ROUNDED) for x in published.state])
     pairs = [
-        *zip(names, published.state, gait.state, strict=True),
+        *zip(STATE, published.state, gait.state, strict=True),
         ("step duration", published.step_duration, gait.duration),
         ("step length", published.step_length, gait.step_length),
     ]
-    source = (FAMILY, published.walker, published.source)
-    lines = [digits_row(*source, *pair, accuracy["states"]) for pair in pairs]
-    for number, value in enumerate(published.multipliers):
-        if value.imag < 0.0 or abs(value) < accuracy["multipliers"]:
-            continue  # the conjugate of the one before, or zero to rounding
-        ours = min(gait.multipliers.tolist(), key=lambda found: abs(found - value))
-        quantity = f"multiplier {number + 1}"
-        lines.append(digits_row(*source, quantity, value, ours, accuracy["multipliers"]))
-    return lines
+    origin = Origin(published.kind, family, published.walker, published.source)
+    accuracy = load("published.json")["accuracy"]
+    exact = accuracy["multipliers"]
+    return digits_rows(origin, pairs, accuracy["states"]) + digits_rows(
+        origin, multipliers(published.multipliers, gait, exact), exact
+    )
+
+
+def _known() -> list[Row]:
+    return [row for gait in PASSIVE_GAITS for row in gait_rows(FAMILY.name, gait)]
 
 
 @functools.cache
@@ -53,8 +53,8 @@ def _gait(walker: str) -> Gait:
     if walker in names:
         params, control, state, _ = PRESETS[names[walker]]
         return find_gait(params, control, state)
-    legs: WalkerParams = PRESETS["bhounsule-round-feet"].params.replace(foot_radius=0.0)
-    return find_gait(legs, None, PostStrikeState(-0.16, 0.16, 0.23, 0.19))
+    legs = PRESETS["bhounsule-round-feet"].params.replace(foot_radius=0.0)
+    return find_gait(legs, None, (-0.16, 0.16, 0.23, 0.19))
 
 
 def _measures(walker: str) -> dict[str, Callable[[], complex]]:
@@ -71,4 +71,6 @@ def _measures(walker: str) -> dict[str, Callable[[], complex]]:
     }
 
 
-MEASURES: Measures = {**_measures("nearly"), **_measures("round"), **_measures("point")}
+FAMILY = Family(
+    "passive", {**_measures("nearly"), **_measures("round"), **_measures("point")}, _known
+)

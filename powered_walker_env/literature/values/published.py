@@ -8,10 +8,12 @@ figure 6) in both physics, by an independent high-order code.
 
 from __future__ import annotations
 
+import enum
 import functools
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,14 @@ DATA = Path(__file__).parent
 _NUMBER = re.compile(r"[-+]?\d+(?:\.(\d*))?(?:[eE]([-+]?\d+))?")
 
 
+class Kind(enum.StrEnum):
+    """Where a value comes from, which says what its agreement proves."""
+
+    PRINTED = "values that others printed"
+    PROGRAM = "runs of other people's programs"
+    OWN = "this project's independent code"
+
+
 @functools.cache
 def load(name: str) -> Any:
     """A data file of this package as it is (not to be changed)."""
@@ -31,24 +41,37 @@ def load(name: str) -> Any:
 
 
 @dataclass(frozen=True)
-class Printed:
-    """One value as its source has it."""
+class Origin:
+    """Who has a value, and of which walker."""
 
+    kind: Kind
     family: str
     walker: str
     source: str
+
+
+@dataclass(frozen=True)
+class Printed:
+    """One value as its source has it."""
+
+    origin: Origin
     name: str  # of the check that computes it
     quantity: str
     printed: str  # digit by digit
-    within: float  # how near ours must come: half a unit of the last digit, if not stated
-    differs: str  # why it does not come out; empty if it should
-    remark: str
-    long: bool  # takes long to compute
+    within: float = math.nan  # how near ours must come; half a unit of the last digit, if not said
+    differs: str = ""  # why it does not come out; empty if it should
+    remark: str = ""
+    long: bool = False  # takes long to compute
 
     @property
     def value(self) -> complex:
         """The number."""
         return complex(self.printed)
+
+    @property
+    def allowed(self) -> float:
+        """How near ours must come."""
+        return half_unit(self.printed) if math.isnan(self.within) else self.within
 
 
 @dataclass(frozen=True)
@@ -80,14 +103,15 @@ class LimitCycle:
 class PassiveGait:
     """A gait without motor: feet locked for the whole stride."""
 
+    kind: Kind
     walker: str
+    source: str
     params: WalkerParams
     toe_off_impulse: float  # along the trailing leg, with the heel strike; 0 for none
     state: PostStrikeState
     step_duration: float  # s, in the source's units as everything here
     step_length: float
     multipliers: tuple[complex, ...]  # the three that are not zero by construction
-    source: str
 
     def __str__(self) -> str:
         return self.walker
@@ -107,77 +131,64 @@ def half_unit(printed: str) -> float:
     return 0.5 * max(units)
 
 
-def complex_numbers(pairs: list[list[float]]) -> tuple[complex, ...]:
+def _complex(pairs: Sequence[Sequence[float]]) -> tuple[complex, ...]:
     """[re, im] pairs as complex numbers."""
-    return tuple(complex(real, imaginary) for real, imaginary in pairs)
+    return tuple(complex(*pair) for pair in pairs)
 
 
-def _printed() -> tuple[Printed, ...]:
-    return tuple(
-        Printed(
-            family=group["family"],
-            walker=group["walker"],
-            source=group["source"],
-            name=value["name"],
-            quantity=value["quantity"],
-            printed=value["printed"],
-            within=float(value.get("within", half_unit(value["printed"]))),
-            differs=value.get("differs", ""),
-            remark=value.get("remark", ""),
-            long=value.get("long", False),
-        )
-        for group in load("published.json")["printed"]
-        for value in group["values"]
+def _printed(group: dict[str, Any]) -> list[Printed]:
+    kind = Kind[group.get("kind", "PRINTED")]
+    origin = Origin(kind, group["family"], group["walker"], group["source"])
+    return [Printed(origin, **value) for value in group["values"]]
+
+
+def _limit_cycle(physics: str, stall_torque: str) -> LimitCycle:
+    data = load("limit_cycles.json")[physics]
+    cycle = data["stall_torque"][stall_torque]
+    return LimitCycle(
+        WalkerParams(physics=physics, no_load_speed=data["no_load_speed"]),
+        Control(data["switch_angle"], float(stall_torque)),
+        tuple(cycle["section_state"]),
+        _complex(cycle["multipliers"]),
+        cycle["spectral_radius"],
+        cycle["period"],
+        tuple(cycle["pre_heelstrike"]),
+        tuple(cycle["post_heelstrike"]),
+        cycle["step_length"],
     )
 
 
-def _limit_cycles() -> tuple[LimitCycle, ...]:
-    data = load("limit_cycles.json")
-    return tuple(
-        LimitCycle(
-            params=WalkerParams(physics=physics, no_load_speed=data[physics]["no_load_speed"]),
-            control=Control(data[physics]["switch_angle"], float(stall_torque)),
-            section_state=tuple(cycle["section_state"]),
-            multipliers=complex_numbers(cycle["multipliers"]),
-            spectral_radius=cycle["spectral_radius"],
-            period=cycle["period"],
-            pre_heelstrike=tuple(cycle["pre_heelstrike"]),
-            post_heelstrike=tuple(cycle["post_heelstrike"]),
-            step_length=cycle["step_length"],
-        )
-        for physics in (AS_PUBLISHED, CONSERVING)
-        for stall_torque, cycle in data[physics]["stall_torque"].items()
-    )
-
-
-def _gaits(toe_off: bool) -> tuple[PassiveGait, ...]:
-    return tuple(
-        PassiveGait(
-            walker=gait["walker"],
-            params=WalkerParams(**gait["params"]),
-            toe_off_impulse=gait["toe_off_impulse"],
-            state=PostStrikeState(*gait["post_strike_state"]),
-            step_duration=gait["step_duration"],
-            step_length=gait["step_length"],
-            multipliers=complex_numbers(gait["multipliers"]),
-            source=gait["source"],
-        )
-        for gait in load("published.json")["general"]
-        if (gait["toe_off_impulse"] != 0) == toe_off
+def _passive(gait: dict[str, Any]) -> PassiveGait:
+    return PassiveGait(
+        Kind[gait["kind"]],
+        gait["walker"],
+        gait["source"],
+        WalkerParams(**gait["params"]),
+        gait["toe_off_impulse"],
+        PostStrikeState(*gait["post_strike_state"]),
+        gait["step_duration"],
+        gait["step_length"],
+        _complex(gait["multipliers"]),
     )
 
 
 #: Single values as printed.
-PRINTED = _printed()
+PRINTED = tuple(value for group in load("published.json")["printed"] for value in _printed(group))
 
 #: All gaits of `limit_cycles.json`, as published first, by growing stall torque.
-LIMIT_CYCLES = _limit_cycles()
+LIMIT_CYCLES = tuple(
+    _limit_cycle(physics, stall_torque)
+    for physics in (AS_PUBLISHED, CONSERVING)
+    for stall_torque in load("limit_cycles.json")[physics]["stall_torque"]
+)
+
+_GAITS = tuple(_passive(gait) for gait in load("published.json")["general"])
 
 #: Gaits of other authors' passive walkers (round feet, compass, Ranger, nearly the simplest).
-PASSIVE_GAITS = _gaits(toe_off=False)
+PASSIVE_GAITS = tuple(gait for gait in _GAITS if not gait.toe_off_impulse)
 
 #: The same with an impulse along the trailing leg at heel strike.
-TOE_OFF_GAITS = _gaits(toe_off=True)
+TOE_OFF_GAITS = tuple(gait for gait in _GAITS if gait.toe_off_impulse)
 
 
 def limit_cycle(physics: str, stall_torque: float) -> LimitCycle:
@@ -189,5 +200,5 @@ def limit_cycle(physics: str, stall_torque: float) -> LimitCycle:
     for cycle in LIMIT_CYCLES:
         if (cycle.params.physics, cycle.control.stall_torque) == (physics, stall_torque):
             return cycle
-    known = ", ".join(str(cycle) for cycle in LIMIT_CYCLES)
+    known = ", ".join(map(str, LIMIT_CYCLES))
     raise KeyError(f"no gait {physics}-{stall_torque:g}; there are {known}")

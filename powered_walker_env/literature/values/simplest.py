@@ -13,17 +13,18 @@ from collections.abc import Callable
 
 import numpy as np
 
+from powered_walker_env.literature.values import li_yang
 from powered_walker_env.literature.values.cascades import last_ratio, slope_of_the_end
-from powered_walker_env.literature.values.checks import Measures, Row, digits_row, printed_rows
-from powered_walker_env.literature.values.published import load
+from powered_walker_env.literature.values.published import Kind, Origin, load
+from powered_walker_env.literature.values.rows import Family, Measures, Row, digits_rows
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import Gait, SpecialKind, continue_gait, find_gait
 from powered_walker_env.simulation.strides import Array
 
-FAMILY = "simplest"
 WALKER = "simplest walker"
+SOURCE = "this project's independent code for massless feet (after Garcia et al. 1998)"
 REFERENCE = 0.009  # slope
 RUNGS = 7  # of the ladder of slopes behind the small-slope laws
 RUNG = 2.0**1.5  # from one slope to the next: γ^(2/3) is halved
@@ -125,37 +126,31 @@ def identity_residual() -> float:
     return float(found["rate"].real + math.sqrt(fall) / math.tan(2.0 * angle))
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
+def _known() -> list[Row]:
     data, accuracy = load("published.json")["simplest_walker"], load("published.json")["accuracy"]
-    source = "this project's independent code for massless feet (after Garcia et al. 1998)"
     lines = []
     for case in data["cases"].values():
         name = f"{WALKER}, slope {case['gamma']}, {case['branch']} step"
-        ours = cycle(case["gamma"], case["branch"])
-        compared = {
-            "θ, rad": (case["theta"], ours["angle"], "states"),
-            "θ', rad/s": (case["thetadot"], ours["rate"], "states"),
-            "φ', rad/s": (case["phidot"], ours["hip_rate"], "states"),
-            "step duration": (case["T"], ours["duration"], "states"),
-            "step length": (case["steplen"], ours["step_length"], "states"),
-            "multiplier 1": (complex(*case["eig"][0]), ours["multiplier"], "multipliers"),
-        }
-        if case["eig"][1][1] == 0.0:  # else the conjugate of the first
-            second = complex(*case["eig"][1]), ours["multiplier_2"]
-            compared["multiplier 2"] = (*second, "multipliers")
-        lines += [
-            digits_row(FAMILY, name, source, quantity, value, found, accuracy[kind])
-            for quantity, (value, found, kind) in compared.items()
+        origin, ours = _origin(name), cycle(case["gamma"], case["branch"])
+        states = [
+            ("θ, rad", case["theta"], ours["angle"]),
+            ("θ', rad/s", case["thetadot"], ours["rate"]),
+            ("φ', rad/s", case["phidot"], ours["hip_rate"]),
+            ("step duration", case["T"], ours["duration"]),
+            ("step length", case["steplen"], ours["step_length"]),
         ]
-    doubling = data["first_period_doubling"]["gamma"]
-    lines.append(
-        digits_row(
-            FAMILY, f"{WALKER}, in its slope", source, "first doubling, slope", doubling,
-            first_doubling(), accuracy["states"],
-        )
-    )  # fmt: skip
-    return lines + printed_rows(FAMILY, MEASURES, long)
+        first, second = (complex(*pair) for pair in case["eig"])
+        factors = [("multiplier 1", first, ours["multiplier"])]
+        if second.imag == 0.0:  # else the conjugate of the first
+            factors.append(("multiplier 2", second, ours["multiplier_2"]))
+        lines += digits_rows(origin, states, accuracy["states"])
+        lines += digits_rows(origin, factors, accuracy["multipliers"])
+    doubling = ("first doubling, slope", data["first_period_doubling"]["gamma"], first_doubling())
+    return lines + digits_rows(_origin(f"{WALKER}, in its slope"), [doubling], accuracy["states"])
+
+
+def _origin(walker: str) -> Origin:
+    return Origin(Kind.OWN, "simplest", walker, SOURCE)
 
 
 def _of_cycle(length: str, name: str) -> Callable[[], complex]:
@@ -180,4 +175,8 @@ MEASURES: Measures = {
     "identity": identity_residual,
     "feigenbaum": lambda: last_ratio(_long(), "slope", (0.005, 0.0185)),
     "end": lambda: slope_of_the_end(_long(), (0.0182, 0.0205)),
+    **li_yang.measures(3),
+    **li_yang.measures(4),
 }
+
+FAMILY = Family("simplest", MEASURES, _known)

@@ -18,17 +18,16 @@ import math
 import numpy as np
 from scipy.optimize import root
 
-from powered_walker_env.literature.values.checks import Measures, Row, digits_row, printed_rows
-from powered_walker_env.literature.values.published import TOE_OFF_GAITS, PassiveGait, load
+from powered_walker_env.literature.values.passive import gait_rows
+from powered_walker_env.literature.values.published import TOE_OFF_GAITS
+from powered_walker_env.literature.values.rows import Family, Row
 from powered_walker_env.literature.values.simplest import REFERENCE, SEEDS
-from powered_walker_env.model.powering import ToeOff, ToeOffAtStrike
+from powered_walker_env.model.powering import ToeOff
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import Gait, find_gait
 from powered_walker_env.simulation.strides import Array, stride
 
-FAMILY = "toe-off"
-ROUNDED = 3  # decimals of the state that the search for a published gait starts from
 EARTH = 9.81  # m/s²: Kuo's m/s and Hz are of a leg of 1 m
 # Impulse, stiffness and state (θ, φ, θ', φ') of Kuo's gaits, to find ours from.
 SLOW = (0.04, 0.0, (0.195, 0.389, -0.203, -0.015))
@@ -99,7 +98,7 @@ def exponent() -> float:
         nearer = ToeOff(gait.control.impulse * ratio**2)  # type: ignore[union-attr]
         guess = [ratio * value for value in gait.state]
         gait = gait_at(frequency * length, length, find_gait(gait.params, nearer, guess))
-        lost = stride(gait.state, gait.control, gait.params, rtol=1e-13).energy_lost  # type: ignore[arg-type]
+        lost = stride(gait.state, gait.control, gait.params, rtol=1e-13).energy_lost
         powers.append(lost * frequency)
     return math.log(powers[-2] / powers[-1]) / math.log(SHORT[0] / SHORT[1])
 
@@ -133,30 +132,8 @@ def _with_spring(passive: Gait) -> Gait:
     return passive
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
-    known = [row for published in TOE_OFF_GAITS for row in _rows_of(published)]
-    return known + printed_rows(FAMILY, MEASURES, long)
-
-
-def _rows_of(published: PassiveGait) -> list[Row]:
-    accuracy = load("published.json")["accuracy"]
-    control = ToeOffAtStrike(published.toe_off_impulse)
-    gait = find_gait(published.params, control, [round(x, ROUNDED) for x in published.state])
-    names = ("stance angle, rad", "swing angle, rad", "stance rate, rad/s", "swing rate, rad/s")
-    pairs = [
-        *zip(names, published.state, gait.state, strict=True),
-        ("step duration", published.step_duration, gait.duration),
-        ("step length", published.step_length, gait.step_length),
-    ]
-    source = (FAMILY, published.walker, published.source)
-    lines = [digits_row(*source, *pair, accuracy["states"]) for pair in pairs]
-    for number, value in enumerate(published.multipliers):
-        if value.imag >= 0.0:  # else the conjugate of the one before
-            ours = min(gait.multipliers.tolist(), key=lambda found: abs(found - value))
-            quantity = f"multiplier {number + 1}"
-            lines.append(digits_row(*source, quantity, value, ours, accuracy["multipliers"]))
-    return lines
+def _known() -> list[Row]:
+    return [row for gait in TOE_OFF_GAITS for row in gait_rows(FAMILY.name, gait)]
 
 
 _STATE = ("angle", "legs", "rate", "legs_rate")
@@ -171,16 +148,20 @@ def _work_over_half_square() -> complex:
     return kuos_gait(*NORMAL).positive_work / (0.5 * NORMAL[0] ** 2)
 
 
-MEASURES: Measures = {
-    **{
-        f"{name}_{part}": functools.partial(_component, seed, number)
-        for name, seed in (("slow", SLOW), ("normal", NORMAL), ("creeping", CREEPING))
-        for number, part in enumerate(_STATE)
+FAMILY = Family(
+    "toe-off",
+    {
+        **{
+            f"{name}_{part}": functools.partial(_component, seed, number)
+            for name, seed in (("slow", SLOW), ("normal", NORMAL), ("creeping", CREEPING))
+            for number, part in enumerate(_STATE)
+        },
+        "slow_speed": lambda: kuos_gait(*SLOW).speed,
+        "normal_speed": lambda: kuos_gait(*NORMAL).speed * math.sqrt(EARTH),
+        "normal_frequency": lambda: math.sqrt(EARTH) / kuos_gait(*NORMAL).duration,
+        "work": _work_over_half_square,
+        "exponent": exponent,
+        "cost_ratio": cost_ratio,
     },
-    "slow_speed": lambda: kuos_gait(*SLOW).speed,
-    "normal_speed": lambda: kuos_gait(*NORMAL).speed * math.sqrt(EARTH),
-    "normal_frequency": lambda: math.sqrt(EARTH) / kuos_gait(*NORMAL).duration,
-    "work": _work_over_half_square,
-    "exponent": exponent,
-    "cost_ratio": cost_ratio,
-}
+    _known,
+)

@@ -1,34 +1,27 @@
-"""The rimless wheel: closed forms (`rimless_wheel.py`) against published numbers."""
+"""The rimless wheel: closed forms (`model/rimless_wheel.py`) against published numbers."""
 
 from __future__ import annotations
 
-from powered_walker_env.literature.values.checks import Measures, Row, digits_row, printed_rows
-from powered_walker_env.literature.values.published import load
+from powered_walker_env.literature.values.published import Kind, Origin, load
+from powered_walker_env.literature.values.rows import Family, Row, digits_rows
 from powered_walker_env.model.rimless_wheel import RimlessWheel
 
-FAMILY = "wheel"
 
-
-def wheel() -> RimlessWheel:
+def _wheel() -> RimlessWheel:
     """Coleman's benchmark wheel."""
     data = load("published.json")["rimless_wheel"]["rimless_wheel"]
     return RimlessWheel.with_spokes(data["n"], data["alpha"], data["lambda2"])
 
 
-def rows(long: bool) -> list[Row]:
-    """The lines of this family."""
+def _known() -> list[Row]:
     data = load("published.json")["rimless_wheel"]["rimless_wheel"]
     name = f"rimless wheel, {data['n']} spokes, λ² = 2/3, slope {data['alpha']}"
-    compared = {
-        "rate after a collision, rad/s": (data["x0"][1], wheel().steady_rate),
-        "Floquet multiplier": (data["sigma"], wheel().multiplier),
-    }
-    within = load("published.json")["accuracy"]["analytic"]
-    found = [
-        digits_row(FAMILY, name, data["source"], quantity, value, ours, within)
-        for quantity, (value, ours) in compared.items()
+    origin = Origin(Kind.PRINTED, FAMILY.name, name, data["source"])
+    pairs = [
+        ("rate after a collision, rad/s", data["x0"][1], _wheel().steady_rate),
+        ("Floquet multiplier", data["sigma"], _wheel().multiplier),
     ]
-    return found + printed_rows(FAMILY, MEASURES, long)
+    return digits_rows(origin, pairs, load("published.json")["accuracy"]["analytic"])
 
 
-MEASURES: Measures = {"wheel_rate": lambda: wheel().steady_rate}
+FAMILY = Family("wheel", {"wheel_rate": lambda: _wheel().steady_rate}, _known)

@@ -62,7 +62,7 @@ def flow(y, acting, chain, c):
 def accelerations_at(
     pose: Any, ankle_free: bool, acting: Drive, chains: tuple[Chain, Chain], c: Constants
 ) -> tuple[float, float, float]:
-    """(φ'', α'', β'') of one walker at a pose, in Python; `chains` with its ankle locked and free."""
+    """(φ'', α'', β'') of one walker at a pose, in Python; `chains`: ankle locked, ankle free."""
     y = (pose.phi, pose.alpha, pose.beta, pose.dphi, pose.dalpha, pose.dbeta)
     if ankle_free:
         return flow(y, acting, chains[1], c)[3:]

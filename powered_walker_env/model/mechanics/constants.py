@@ -119,7 +119,7 @@ def constants_from(own: Any) -> Constants:
         hip_to_com=choose(massless, L + 0j, L - com),
         swing_mass=choose(massless, 1.0, M),
         swing_inertia=I,
-        reaction=np.where(massless, 0.0, 1.0),
+        reaction=choose(massless, 0.0, 1.0),
         g=own.gravity * unit(-own.slope),
         retracted=retracted,
         reach=size,

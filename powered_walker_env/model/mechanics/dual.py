@@ -7,12 +7,14 @@ the same.)
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 
-class Dual(NamedTuple):
+@dataclass(frozen=True)
+class Dual:
     """A value and its derivative."""
 
     value: Any
@@ -20,7 +22,7 @@ class Dual(NamedTuple):
 
     __array_ufunc__ = None  # numpy's arrays leave what they have to do with it to it
 
-    def __add__(self, other: Any) -> Dual:  # type: ignore[override]
+    def __add__(self, other: Any) -> Dual:
         value, tangent = _parts(other)
         return Dual(self.value + value, self.tangent + tangent)
 
@@ -36,11 +38,11 @@ class Dual(NamedTuple):
     def __rsub__(self, other: Any) -> Dual:
         return -self + other
 
-    def __mul__(self, other: Any) -> Dual:  # type: ignore[override]
+    def __mul__(self, other: Any) -> Dual:
         value, tangent = _parts(other)
         return Dual(self.value * value, self.tangent * value + self.value * tangent)
 
-    __rmul__ = __mul__  # type: ignore[assignment]
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Dual:
         value, tangent = _parts(other)
@@ -81,8 +83,8 @@ def conjugate(number: Any) -> Any:
 def square(number: Any) -> Any:
     """|number|², real."""
     if isinstance(number, Dual):
-        value, tangent = number
-        return Dual(abs(value) ** 2, 2.0 * (np.conj(value) * tangent).real)
+        moved = 2.0 * (np.conj(number.value) * number.tangent).real
+        return Dual(abs(number.value) ** 2, moved)
     return abs(number) ** 2
 
 

@@ -1,9 +1,10 @@
 """How a chain's accelerations change to first order along a direction.
 
-From mass matrix · q'' + bias = force follows mass matrix · δq'' = δforce − δbias − δ(mass matrix) q'',
-with δz = i z δθ and the product rule on the complex products of `chain.py`. This alone is written by
-hand: carried through the stages of every step, it would cost twice as much if the numbers
-themselves were calculated anew with each direction, as formulas with tangents do.
+From mass matrix · q'' + bias = force follows, with δ for what changes,
+mass matrix · δq'' = δforce − δbias − δ(mass matrix) q'', with δz = i z δθ and the product rule
+on the complex products of `chain.py`. This alone is written by hand: carried through the stages
+of every step, it would cost more if the numbers themselves were calculated anew with each
+direction, as formulas with tangents do.
 """
 
 from __future__ import annotations

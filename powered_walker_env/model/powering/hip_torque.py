@@ -56,4 +56,4 @@ class HipTorque:
         check_numbers(self)
 
 
-HIP = Scheme("hip-torque", HIP_POWERED_WALKER, HipTorque, (ANGLE, STRENGTH), positive=False)
+HIP = Scheme("hip-torque", HIP_POWERED_WALKER, HipTorque, (ANGLE, STRENGTH))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from powered_walker_env.model.checks import require
 from powered_walker_env.model.phases import (
     Cycle,
     Exit,
@@ -22,6 +23,7 @@ from powered_walker_env.model.quantities import (
     documented,
     quantity,
 )
+from powered_walker_env.model.walker import WalkerParams
 
 POWERED_WALKER: Cycle = (
     Phase(
@@ -59,4 +61,19 @@ class Control:
         check_numbers(self)
 
 
-MOTOR = Scheme("motor", POWERED_WALKER, Control, (ANGLE, STRENGTH))
+def needs_a_lever(params: WalkerParams) -> None:
+    """Refuse D = R = 0: an ankle motor has no lever on the floor.
+
+    Raises:
+        ValueError: such a foot.
+    """
+    require(
+        params.foot_length > 0 or params.foot_radius > 0,
+        "foot_length",
+        "be positive for a powered walker with foot_radius = 0",
+        params.foot_length,
+        "pass control=None for a passive walker",
+    )
+
+
+MOTOR = Scheme("motor", POWERED_WALKER, Control, (ANGLE, STRENGTH), needs_a_lever)

@@ -4,26 +4,33 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.phases import Cycle, Joints
+from powered_walker_env.model.quantities import ANY, Domain, quantities
+from powered_walker_env.model.walker import WalkerParams
 
 #: The kernel's row of a control: a switch angle, rad, and the strength of what acts, SI.
 ANGLE, STRENGTH = 0, 1
 NO_SWITCH = math.pi  # in place of an angle that is never looked at
 
 
+def powers_any(params: WalkerParams) -> None:
+    """Refuse no walker."""
+
+
 class Scheme(NamedTuple):
-    """One way to power a walker; each is a module of this package."""
+    """One way to power a walker; each of ours is a module of this package."""
 
     name: str
     cycle: Cycle
     control: type | None  # a frozen dataclass of numbers; None: nothing to control
     columns: tuple[int, ...] = ()  # where each of its numbers goes: ANGLE or STRENGTH
-    positive: bool = True  # must the strength not be negative
+    refuse: Callable[[WalkerParams], None] = powers_any  # a ValueError for legs it cannot power
 
     @property
     def strength(self) -> int | None:
@@ -39,6 +46,19 @@ class Scheme(NamedTuple):
     def moves_ankle(self) -> bool:
         """Whether the foot ever turns; else it stays locked for the whole stride."""
         return any(phase.joints == Joints.ANKLE_FREE for phase in self.cycle)
+
+    @property
+    def positive(self) -> bool:
+        """Whether the strength must not be negative."""
+        return self.strength is None or self.domains[self.strength].low >= 0.0
+
+    @property
+    def domains(self) -> tuple[Domain, ...]:
+        """Of each number, as its field in the control has it."""
+        if self.control is None:
+            return ()
+        known = quantities(self.control)
+        return tuple(known[name].domain if name in known else ANY for name in self.numbers)
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -62,6 +82,21 @@ class Scheme(NamedTuple):
         rows[:] = NO_SWITCH, 0.0
         rows[:, self.columns] = numbers
         return rows
+
+    def check(self, numbers: NDArray[np.float64]) -> None:
+        """Reject (N, k) numbers that are no control's, naming the number and the row.
+
+        Raises:
+            ValueError: one that is not finite, or outside its domain.
+        """
+        for name, column, domain in zip(self.numbers, numbers.T, self.domains, strict=True):
+            good = np.isfinite(column) & domain.holds(column)
+            if not good.all():
+                row = int(np.argmin(good))
+                need = domain.need if np.isfinite(column[row]) else "be finite"
+                raise ValueError(
+                    f"controls: {name} must {need}, got {numbers[row].tolist()} in row {row}"
+                )
 
     def of_numbers(self, numbers: ArrayLike) -> Any:
         """The control with these k numbers; None where there is nothing to control."""

@@ -20,7 +20,7 @@ from powered_walker_env.model.phases import (
     Reset,
     Torque,
 )
-from powered_walker_env.model.powering.motor import Control
+from powered_walker_env.model.powering.motor import Control, needs_a_lever
 from powered_walker_env.model.powering.scheme import ANGLE, STRENGTH, Scheme
 
 STOPPED_WALKER: Cycle = (
@@ -59,4 +59,6 @@ class StoppedControl(Control):
     """Switch angle, rad, and stall torque, N m, as `Control`, of a motor with a stop."""
 
 
-STOPPED_MOTOR = Scheme("motor-with-stop", STOPPED_WALKER, StoppedControl, (ANGLE, STRENGTH))
+STOPPED_MOTOR = Scheme(
+    "motor-with-stop", STOPPED_WALKER, StoppedControl, (ANGLE, STRENGTH), needs_a_lever
+)

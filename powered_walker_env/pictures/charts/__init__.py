@@ -1,18 +1,21 @@
-"""Figures for papers: gaits, branches, boundaries, ramps, basins and costs (needs matplotlib).
+"""Figures for papers: gaits, walks, branches, boundaries, ramps, basins, costs (needs matplotlib).
 
 Every function returns a `Drawing`: the figure and the numbers it shows. `save_drawing`
-writes both: PNG, SVG and CSV. Nothing touches pyplot.
+writes both: PNG, SVG and CSV; `save_figure` the figure alone. Nothing touches pyplot, and
+neither a style nor a matplotlibrc of the user's changes a picture.
 """
 
+from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
-from powered_walker_env.pictures.charts.gaits import gait_figure
-from powered_walker_env.pictures.charts.planes import (
-    basin_figure,
-    bifurcation_figure,
-    boundary_figure,
+from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
+from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
+from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
+from powered_walker_env.pictures.charts.walks import (
+    disturbed_walks,
+    learning_curve,
+    portrait_figure,
 )
-from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing
 
 __all__ = [
     "Drawing",
@@ -20,8 +23,13 @@ __all__ = [
     "bifurcation_figure",
     "boundary_figure",
     "branch_figure",
+    "cycle",
+    "disturbed_walks",
     "energetics_figure",
     "gait_figure",
+    "learning_curve",
+    "portrait_figure",
     "save_drawing",
+    "save_figure",
     "stability_figure",
 ]

@@ -23,17 +23,16 @@ from powered_walker_env.pictures.charts.sheet import (
     sheet,
     styled,
 )
-from powered_walker_env.poincare.branches.branch import Branch
-from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
+from powered_walker_env.poincare import Branch, Gait, SpecialKind, SpecialPoint, StrideMap
 from powered_walker_env.simulation.strides import Array
 
-COLOURS = (BLUE, GREEN, VIOLET, ORANGE)  # of branches, by number
+HUES = (BLUE, GREEN, VIOLET, ORANGE)  # of branches and gaits, by number
 TALLEST = 3.0  # multiplier that a figure still shows
-#: Marker and colour of each kind of special point.
+#: Colour of each kind of special point, marker and its size: two at one place are both seen.
 MARKS = {
-    SpecialKind.FOLD: ("s", INK),
-    SpecialKind.PERIOD_DOUBLING: ("v", RED),
-    SpecialKind.NEIMARK_SACKER: ("D", ORANGE),
+    SpecialKind.FOLD: (INK, "s", 9.5),
+    SpecialKind.PERIOD_DOUBLING: (RED, "v", 6.5),
+    SpecialKind.NEIMARK_SACKER: (ORANGE, "D", 4.5),
 }
 
 
@@ -56,7 +55,7 @@ def stability_figure(
     """
     figure, (axes,) = sheet()
     for number, branch in enumerate(branches):
-        colour = COLOURS[number % len(COLOURS)]
+        colour = HUES[number % len(HUES)]
         radius = branch.spectral_radius
         _draw(axes, branch.values, radius, branch.stable, colour, _name(branch))
     if samples is not None:
@@ -81,14 +80,17 @@ def branch_figure(branches: Sequence[Branch], *, title: str = "") -> Drawing:
     figure, panels = sheet(3, 6.4, sharex=True)
     labels = ("step length (m)", "speed (m/s)", "largest multiplier,\nmodulus")
     for number, branch in enumerate(branches):
-        colour = COLOURS[number % len(COLOURS)]
-        rows = (branch.step_length / branch.period, branch.speed, branch.spectral_radius)
-        for axes, row in zip(panels, rows, strict=True):
-            named = _name(branch) if axes is panels[0] else None
-            _draw(axes, branch.values, row, branch.stable, colour, named)
+        lengths, speeds = each_stride(branch)
+        rows = (lengths.T, speeds.T, branch.spectral_radius[np.newaxis])
+        for axes, curves in zip(panels, rows, strict=True):
+            for k, curve in enumerate(curves):
+                named = _name(branch) if axes is panels[0] and k == 0 else None
+                hue = HUES[number % len(HUES)]
+                _draw(axes, branch.values, curve, branch.stable, hue, named)
     points = [p for b in branches for p in b.special_points]
-    _mark(panels[0], [(p, p.gait.step_length / p.period) for p in points])
-    _mark(panels[1], [(p, p.gait.speed) for p in points], named=False)
+    strides = [(p, *_strides(p.gait)) for p in points]
+    _mark(panels[0], [(p, length) for p, lengths, _ in strides for length in lengths])
+    _mark(panels[1], [(p, v) for p, _, speeds in strides for v in speeds], named=False)
     _mark(panels[2], [(p, abs(p.multipliers[0])) for p in points], named=False)
     _limit_of_stability(panels[2])
     for axes, label in zip(panels, labels, strict=True):
@@ -98,7 +100,28 @@ def branch_figure(branches: Sequence[Branch], *, title: str = "") -> Drawing:
     _finish(panels[2], branches)
     figure.align_ylabels()
     figure.legend(loc="outside lower center", ncols=3, columnspacing=1.4)
-    return Drawing(figure, branch_table(branches), {"points": points_table(branches)})
+    table = branch_table(branches)
+    for k in range(max(b.period for b in branches)):
+        columns = [_column(each_stride(b)[0], k) for b in branches]
+        table[f"step_length_{k + 1}_m"] = np.concatenate(columns)
+    return Drawing(figure, table, {"points": points_table(branches)})
+
+
+def each_stride(branch: Branch) -> tuple[Array, Array]:
+    """(n, period) step lengths, m, and speeds, m/s: the strides of a period differ."""
+    if branch.period == 1:
+        return branch.step_length[:, np.newaxis], branch.speed[:, np.newaxis]
+    rows = [_strides(branch.gait(i)) for i in range(len(branch))]
+    return np.array([lengths for lengths, _ in rows]), np.array([speeds for _, speeds in rows])
+
+
+def _strides(gait: Gait) -> tuple[Array, Array]:
+    batch = StrideMap(gait.params, gait.control).strides(gait.states)
+    return batch.step_length, batch.step_length / batch.duration
+
+
+def _column(values: Array, k: int) -> Array:
+    return values[:, k] if k < values.shape[1] else np.full(len(values), np.nan)
 
 
 def branch_table(branches: Sequence[Branch]) -> dict[str, ArrayLike]:
@@ -160,23 +183,20 @@ def _draw(
 
 
 def _mark(axes: Axes, points: Sequence[tuple[SpecialPoint, float]], *, named: bool = True) -> None:
-    for kind, (marker, colour) in MARKS.items():
+    for kind, (colour, marker, size) in MARKS.items():
         here = [(p.value, y) for p, y in points if p.kind is kind]
         if here:
             label = kind.value.replace("Neimark-", "Neimark–") if named else None
             x, y = np.array(here).T
+            face = "none" if kind is SpecialKind.FOLD else colour
             axes.plot(
-                x, y, marker, color=colour, markersize=6, markeredgecolor="white", label=label,
-                zorder=4,
+                x, y, marker, color=colour, markersize=size, label=label, zorder=4,
+                markerfacecolor=face, markeredgecolor=colour if face == "none" else "white",
             )  # fmt: skip
 
 
 def _limit_of_stability(axes: Axes) -> None:
-    axes.axhline(1.0, color=INK, linewidth=0.8, zorder=1)
-    axes.annotate(
-        "limit of stability", (0.995, 1.0), xycoords=axes.get_yaxis_transform(), ha="right",
-        va="top", xytext=(0, -3), textcoords="offset points", fontsize=8, color=INK,
-    )  # fmt: skip
+    axes.axhline(1.0, color=INK, linewidth=0.8, zorder=1, label="limit of stability")
 
 
 def _top(branches: Sequence[Branch]) -> float:

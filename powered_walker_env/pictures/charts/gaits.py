@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.phases import Outcome, Torque
+from powered_walker_env.model.powering import Scheme, ToeOff, scheme_of
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     GREY,
@@ -19,8 +20,8 @@ from powered_walker_env.pictures.charts.sheet import (
     sheet,
     styled,
 )
+from powered_walker_env.pictures.charts.walks import leg_motion
 from powered_walker_env.poincare import Gait
-from powered_walker_env.poincare.maps import control_scheme
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 
@@ -31,86 +32,87 @@ SAMPLES = 240  # per stride
 def gait_figure(
     gait: Gait, *, periods: int = 2, title: str = "", foot_panel: bool = False
 ) -> Drawing:
-    """Stance leg, swing leg and stance foot against t·√(g/L), from the start of the motor.
+    """Stance leg, swing leg and stance foot against t·√(g/L).
 
-    The legs are measured from the vertical, ankle to hip (α and β − π), the foot from its
-    stop (q2 − q2_lock); at heel strike legs and feet change their parts.
+    From the start of the motor, as the thesis has it; where the ankle is locked, from heel
+    strike. The legs are measured from the vertical, ankle to hip (α and β − π), the foot from
+    its stop (q2 − q2_lock); at heel strike legs and feet change their parts.
 
     Args:
-        gait: one of an ankle motor, under a constant control.
+        gait: under a constant control or none.
         periods: how many to show.
         foot_panel: show the foot once more by itself, enlarged.
 
     Raises:
-        ValueError: a gait without an ankle motor, or one that falls.
+        ValueError: a gait under a policy, or one that falls.
     """
-    powered = control_scheme(gait.control)
-    if not powered.moves_ankle:
-        raise ValueError(
-            f"gait must be one of an ankle motor, got a {powered.name} gait; plot its walk instead"
-        )
-    walked = _walk(gait, periods)
-    time = math.sqrt(gait.params.gravity / gait.params.leg_length)
-    t, angles, on = _from_motor_start(walked, periods * gait.period)
-    rows, height = (2, 5.4) if foot_panel else (1, 4.0)
-    figure, panels = sheet(rows, height, sharex=True, height_ratios=[2, 1][:rows])
-    axes = panels[0]
-    styles = (
-        (BLUE, r"stance leg, $\alpha$"),
-        (RED, r"swing leg, $\beta-\pi$"),
-        (VIOLET, r"foot from its stop, $q_2-q_{2,\mathrm{lock}}$"),
-    )
-    for values, (colour, label) in zip(angles, styles, strict=True):
-        x, y = _broken(t * time, values)
-        axes.plot(x, y, color=colour, label=label)
-    axes.set(ylabel="angle (rad)", title=title, xlim=(0, t[-1] * time))
-    if foot_panel:
-        panels[1].plot(*_broken(t * time, angles[2]), color=VIOLET)
+    walked = cycle(gait, periods * gait.period + 1)
+    powered = scheme_of(gait.control)
+    rows = _shown(walked, powered, periods * gait.period)
+    unit = math.sqrt(gait.params.gravity / gait.params.leg_length)
+    t = walked.t[rows] - walked.t[rows][0]
+    stance, swing, _, _ = (values[rows] for values in leg_motion(walked))
+    foot = walked.q[rows, 1] - gait.params.locked_ankle_angle
+    on = _acting(walked, powered)[rows]
+    panelled = foot_panel and powered.moves_ankle
+    figure, panels = sheet(1 + panelled, 5.4 if panelled else 4.0, sharex=True,
+                           height_ratios=[2, 1][: 1 + panelled])  # fmt: skip
+    curves = [(stance, BLUE, r"stance leg, $\alpha$"), (swing, RED, r"swing leg, $\beta-\pi$")]
+    if powered.moves_ankle:
+        curves.append((foot, VIOLET, r"foot from its stop, $q_2-q_{2,\mathrm{lock}}$"))
+    for values, colour, label in curves:
+        panels[0].plot(*_broken(t * unit, values), color=colour, label=label)
+    panels[0].set(ylabel="angle (rad)", title=title, xlim=(0, t[-1] * unit))
+    if panelled:
+        panels[1].plot(*_broken(t * unit, foot), color=VIOLET)
         panels[1].set_ylabel("foot (rad)")
     for number, panel in enumerate(panels):
         panel.axhline(0, color=INK, linewidth=0.6, zorder=1)
-        _shade_motor(panel, t * time, on, "motor on" if number == 0 else None)
+        _mark_power(panel, t * unit, on, powered, walked.stride[rows], named=number == 0)
     panels[-1].set_xlabel(r"time $t\sqrt{g/L}$")
     figure.align_ylabels()
     figure.legend(loc="outside lower center", ncols=4, columnspacing=1.4)
     columns = {
-        "t_sqrt_g_over_L": t * time,
+        "t_sqrt_g_over_L": t * unit,
         "t_s": t,
-        "stance_angle_rad": angles[0],
-        "swing_angle_rad": angles[1],
-        "foot_from_stop_rad": angles[2],
+        "stance_angle_rad": stance,
+        "swing_angle_rad": swing,
+        "foot_from_stop_rad": foot,
         "motor_on": on.astype(int),
     }
     return Drawing(figure, columns)
 
 
-def _walk(gait: Gait, periods: int) -> Trajectory:
-    control = gait.control
-    strides = periods * gait.period + 1
-    if not callable(control):
-        chosen = control
-    else:
+def cycle(gait: Gait, strides: int | None = None) -> Trajectory:
+    """A gait as a walk of so many strides, one period if left out, finely sampled.
+
+    Raises:
+        ValueError: a gait under a policy, or one that falls.
+    """
+    if callable(gait.control):
         raise ValueError("gait must have a constant control, got a policy")
-    interval = gait.duration / gait.period / SAMPLES
-    walked = walk(gait.state, chosen, gait.params, strides, sample_interval=interval, rtol=1e-12)
+    strides, interval = strides or gait.period, gait.duration / gait.period / SAMPLES
+    walked = walk(
+        gait.state, gait.control, gait.params, strides, sample_interval=interval, rtol=1e-12
+    )
     if walked.outcome != Outcome.WALKED:
         raise ValueError(f"gait must walk {strides} strides to be drawn: {walked.outcome.label}")
     return walked
 
 
-def _from_motor_start(walked: Trajectory, strides: int) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Time, the three angles (3, n), whether the motor is on: between two starts of it."""
-    starts = np.flatnonzero(np.diff(walked.motor_on.astype(int), prepend=0) == 1)
-    rows = slice(int(starts[0]), int(starts[strides]))
-    q = walked.q[rows]
-    stance = q[:, 0] + q[:, 1]
-    swing = stance + q[:, 2] - math.pi
-    foot = q[:, 1] - walked.params.locked_ankle_angle
-    return (
-        walked.t[rows] - walked.t[rows][0],
-        np.array([stance, swing, foot]),
-        walked.motor_on[rows],
-    )
+def _acting(walked: Trajectory, powered: Scheme) -> NDArray[np.bool_]:
+    """(n,) whether a torque acts at each sample."""
+    by_phase = np.array([phase.torque != Torque.NONE for phase in powered.cycle])
+    acting: NDArray[np.bool_] = by_phase[walked.phase]
+    return acting
+
+
+def _shown(walked: Trajectory, powered: Scheme, strides: int) -> slice:
+    """The samples between two starts of the motor, or else two heel strikes."""
+    if powered.moves_ankle:
+        starts = np.flatnonzero(np.diff(walked.motor_on.astype(int), prepend=0) == 1)
+        return slice(int(starts[0]), int(starts[strides]))
+    return slice(0, int(np.searchsorted(walked.stride, strides)))
 
 
 def _broken(x: Array, y: Array) -> tuple[Array, Array]:
@@ -119,9 +121,20 @@ def _broken(x: Array, y: Array) -> tuple[Array, Array]:
     return np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
-def _shade_motor(axes: Axes, x: Array, motor: NDArray[np.bool_], label: str | None) -> None:
-    on = np.concatenate([[0], motor.astype(int), [0]])
-    begins, ends = np.flatnonzero(np.diff(on) == 1), np.flatnonzero(np.diff(on) == -1) - 1
-    for begin, end in zip(begins, ends, strict=True):
-        axes.axvspan(x[begin], x[end], color=GREY, alpha=0.18, linewidth=0, label=label)
+def _mark_power(
+    axes: Axes, x: Array, on: NDArray[np.bool_], powered: Scheme, stride: NDArray[np.int64],
+    *, named: bool,
+) -> None:  # fmt: skip
+    """Shade where a torque acts; without one mark the heel strikes, and what pushes there."""
+    edges = np.diff(np.concatenate([[0], on.astype(int), [0]]))
+    label: str | None = "motor on" if powered.moves_ankle else "hip torque on"
+    for begin, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True):
+        axes.axvspan(x[begin], x[end], color=GREY, alpha=0.18, linewidth=0,
+                     label=label if named else None)  # fmt: skip
         label = None
+    if not on.any():
+        pushed = powered.control is not None and issubclass(powered.control, ToeOff)
+        label = f"heel strike{' and push-off' if pushed else ''}"
+        for strike in np.flatnonzero(np.diff(stride)) + 1:
+            axes.axvline(x[strike], color=GREY, ls=":", label=label if named else None)
+            label = None

@@ -1,82 +1,50 @@
-"""Pictures of planes: stability boundaries, basins, and ramps of a parameter."""
+"""Pictures of planes: basins, and ramps of a parameter."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.pictures.charts.branches import MARKS
+from powered_walker_env.pictures.charts.branches import HUES
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
-    GREEN,
     INK,
     ORANGE,
     PALE,
     RED,
-    VIOLET,
     Drawing,
     label_of,
     sheet,
     styled,
 )
-from powered_walker_env.poincare.branches.boundary import Boundary
-from powered_walker_env.poincare.branches.ramps import BifurcationDiagram
-from powered_walker_env.poincare.regions.basins import FELL, WALKING, Basin
-from powered_walker_env.poincare.regions.slices import COORDINATES
+from powered_walker_env.poincare import (
+    Basin,
+    BifurcationDiagram,
+    Gait,
+)
+from powered_walker_env.poincare.regions.basins import FELL, WALKING
+from powered_walker_env.poincare.regions.slices import COORDINATES, free_coordinates
 
-GAITS = (BLUE, GREEN, VIOLET, ORANGE)  # colours of attractors, by number
-
-
-@styled
-def boundary_figure(
-    boundaries: Sequence[Boundary],
-    *,
-    nominal: tuple[float, float] | None = None,
-    title: str = "",
-) -> Drawing:
-    """Curves in the plane of two parameters where a gait loses its stability.
-
-    Args:
-        boundaries: of the same two parameters; thick where the curve is the edge of
-            stability, thin where another multiplier is outside already.
-        nominal: a point to mark, as the values of the two parameters.
-    """
-    figure, (axes,) = sheet(1, 4.4)
-    seen: set[str] = set()
-    for boundary in boundaries:
-        name = boundary.kind.value.replace("Neimark-", "Neimark–")
-        name += "" if boundary.period == 1 else f" of period {boundary.period}"
-        colour = MARKS[boundary.kind][1]
-        x, y = boundary.values.T
-        axes.plot(x, y, color=colour, linewidth=0.7)
-        edge = boundary.limits_stability
-        axes.plot(
-            np.where(edge, x, np.nan), np.where(edge, y, np.nan), color=colour, linewidth=2.2,
-            label=None if name in seen else name,
-        )  # fmt: skip
-        seen.add(name)
-    if nominal is not None:
-        axes.plot(*nominal, "o", color=INK, markersize=6, label="the gait asked for")
-    first, second = boundaries[0].parameters
-    axes.set(xlabel=label_of(first), ylabel=label_of(second), title=title)
-    figure.legend(loc="outside lower center", ncols=3)
-    rows = np.concatenate([b.values for b in boundaries])
-    edges = np.concatenate([b.limits_stability for b in boundaries])
-    columns: dict[str, ArrayLike] = {
-        "kind": [b.kind.value for b in boundaries for _ in range(len(b))],
-        first: rows[:, 0],
-        second: rows[:, 1],
-        "limits_stability": edges.astype(int),
-        "critical_angle_rad": np.concatenate([b.angle for b in boundaries]),
-    }
-    return Drawing(figure, columns)
+#: Colours of the kinds of fall; darker with more strides.
+FALLS = {
+    Outcome.FELL_FORWARD: "#e3c9a8",
+    Outcome.FELL_BACKWARD: "#b9b9b9",
+    Outcome.SWING_LEG_HORIZONTAL: "#d9b8c4",
+    Outcome.HIP_BELOW_FLOOR: "#c3b7dd",
+    Outcome.FOOT_ROLLED_OVER: "#a9c7d8",
+    Outcome.FOOT_FELL_BACK: "#c9d3a6",
+    Outcome.NO_SWITCH: "#b5d6cc",
+    Outcome.NO_LANDING: "#ece3a3",
+}
+OTHER_FALL = "#ececec"
 
 
 @styled
@@ -95,6 +63,7 @@ def bifurcation_figure(
         raise ValueError(f"component must be one of {', '.join(COORDINATES)}, got {component!r}")
     column = COORDINATES.index(component)
     figure, (axes,) = sheet(1, 4.4)
+    axes.xaxis.set_major_locator(MaxNLocator(6))
     x = np.repeat(diagram.values, diagram.keep)
     rising, falling = (ramp.states[:, :, column].ravel() for ramp in (diagram.up, diagram.down))
     small: Any = {"linestyle": "", "markeredgewidth": 0, "rasterized": True}
@@ -106,7 +75,13 @@ def bifurcation_figure(
         title=title,
         xlim=(diagram.values[0], diagram.values[-1]),
     )
-    figure.legend(loc="outside lower center", ncols=2, markerscale=2)
+    fallen = np.isnan(diagram.up.states[:, -1, 0]) & np.isnan(diagram.down.states[:, -1, 0])
+    if fallen.any():
+        axes.fill_between(
+            diagram.values, 0, 1, where=fallen.tolist(), transform=axes.get_xaxis_transform(),
+            color=PALE, lw=0, step="mid", zorder=0.5, label="no walk, up or down",
+        )  # fmt: skip
+    figure.legend(loc="outside lower center", ncols=3, markerscale=2)
     columns = {diagram.parameter: x, f"{component}_up": rising, f"{component}_down": falling}
     return Drawing(figure, columns)
 
@@ -119,46 +94,67 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
         ValueError: a basin of a list of states, which has no picture.
     """
     fate, strides = basin.picture("attractor"), basin.picture("strides")
+    ends = basin.picture("outcome")
     grid = basin.grid
     assert grid is not None  # or `picture` has refused
     figure, (axes,) = sheet(1, 4.8)
     (left, right), (low, high) = grid.ranges
-    fell = np.ma.masked_where(fate != FELL, strides)
-    shades = axes.imshow(
-        fell, origin="lower", extent=(left, right, low, high), aspect="auto", cmap="Greys",
-        vmin=0, vmax=max(1.0, 1.25 * float(strides[fate == FELL].max(initial=1))),
-        interpolation="nearest",
-    )  # fmt: skip
-    whole = MaxNLocator(integer=True, nbins=6)
-    figure.colorbar(shades, ax=axes, label="strides before the fall", shrink=0.85, ticks=whole)
-    colours = [PALE, *(GAITS[k % len(GAITS)] for k in range(len(basin.gaits)))]
-    colours[0] = RED
-    alive = np.ma.masked_where(fate == FELL, fate - WALKING)
-    axes.imshow(
-        alive, origin="lower", extent=(left, right, low, high), aspect="auto",
-        cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5, interpolation="nearest",
-    )  # fmt: skip
+    picture = np.empty((*fate.shape, 3))
+    handles: list[Patch | Line2D] = []
+    for number, name, colour in _fates(basin):
+        picture[fate == number] = to_rgb(colour)
+        if (fate == number).any():
+            handles.append(Patch(color=colour, label=name))
+    most = max(int(strides[fate == FELL].max(initial=0)), 1)
+    darker = 1.0 - 0.55 * (strides / most)[..., np.newaxis]
+    met = dict.fromkeys(ends[fate == FELL].tolist())
+    for outcome in map(Outcome, sorted(met)):
+        colour = FALLS.get(outcome, OTHER_FALL)
+        here = (fate == FELL) & (ends == outcome)
+        picture[here] = (np.array(to_rgb(colour)) * darker)[here]
+        handles.append(Patch(color=colour, label=f"{outcome.label}*"))
+    axes.imshow(picture, origin="lower", extent=(left, right, low, high), aspect="auto",
+                interpolation="nearest")  # fmt: skip
     indices = [COORDINATES.index(name) for name in grid.axes]
     for gait in basin.gaits:
         x, y = gait.states[:, indices].T
-        axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=6, zorder=4)
+        handles += axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=6, zorder=4,
+                             label="the gait")  # fmt: skip
     axes.grid(visible=False)
-    axes.set(xlabel=label_of(grid.axes[0]), ylabel=label_of(grid.axes[1]), title=title)
+    axes.set(xlabel=label_of(grid.axes[0]), ylabel=label_of(grid.axes[1]))
+    axes.set_title(f"{title}\n{_fixed(basin)}".strip())
     axes.set(xlim=(left, right), ylim=(low, high))
-    figure.legend(handles=_fates(basin, colours), loc="outside lower center", ncols=3)
+    if met:
+        shade = f"* the darker, the more strides before: to {most}"
+        handles.append(Patch(color="none", label=shade))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return Drawing(figure, _basin_table(basin))
 
 
-def _fates(basin: Basin, colours: Sequence[str]) -> list[Patch]:
-    names = [f"still walking after {basin.limit} strides", *map(_attractor_name, basin.gaits)]
-    there = [bool((basin.attractor == WALKING + k).any()) for k in range(len(names))]
-    handles = zip(names, colours, there, strict=True)
-    return [Patch(color=colour, label=name) for name, colour, some in handles if some]
+def _fixed(basin: Basin) -> str:
+    """What the plane keeps, and whether it lies on the section that strides end on."""
+    grid = basin.grid
+    assert grid is not None
+    free = COORDINATES if grid.section is None else free_coordinates(grid.section)
+    kept = [
+        f"{name.replace('_', ' ')} {value:.4g} {'rad/s' if name.endswith('rate') else 'rad'}"
+        for name, value in zip(COORDINATES, grid.base, strict=True)
+        if name in free and name not in grid.axes
+        and not (grid.section and name == "stance_angle")  # the swing angle stands for it
+    ]  # fmt: skip
+    section = ["on the section that its strides end on"] if grid.section else []
+    return ", ".join([*section, *([f"at {', '.join(kept)}"] if kept else [])])
 
 
-def _attractor_name(gait: object) -> str:
-    period = int(getattr(gait, "period", 1))
-    return "ends on the gait" if period == 1 else f"ends on the gait of period {period}"
+def _fates(basin: Basin) -> Iterator[tuple[int, str, str]]:
+    """Number, name and colour of what may become of those that do not fall."""
+    yield WALKING, f"still walking after {basin.limit} strides", RED
+    for number, gait in enumerate(basin.gaits):
+        yield number, _attractor_name(gait), HUES[number % len(HUES)]
+
+
+def _attractor_name(gait: Gait) -> str:
+    return "ends on the gait" if gait.period == 1 else f"ends on the gait of period {gait.period}"
 
 
 def _basin_table(basin: Basin) -> dict[str, ArrayLike]:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import csv
+import contextlib
 import functools
 import os
-from collections.abc import Callable, Mapping, Sequence
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from io import StringIO
 from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from powered_walker_env.files import write_text, written_aside
+from powered_walker_env.model.powering import SCHEMES
+from powered_walker_env.model.quantities import quantities
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.tabular import csv_text
 
 P = ParamSpec("P")
 
@@ -38,28 +41,9 @@ STYLE: Any = {
     "lines.linewidth": 1.5,
     "svg.hashsalt": "powered-walker-env",  # the same figure gives the same file
 }
-#: Labels of what a walker can be continued in, with units.
-LABELS = {
-    "switch_angle": "switch angle (rad)",
-    "stall_torque": "stall torque (N m)",
-    "impulse": "toe-off impulse (N s)",
-    "hip_torque": "hip torque (N m)",
-    "leg_length": "leg length (m)",
-    "foot_length": "foot length (m)",
-    "foot_radius": "foot radius (m)",
-    "locked_ankle_angle": "locked ankle angle (rad)",
-    "leg_mass": "leg mass (kg)",
-    "leg_inertia": "leg inertia (kg m²)",
-    "com_along": "centre of mass along the leg (m)",
-    "com_across": "centre of mass across the leg (m)",
-    "gravity": "gravity (m/s²)",
-    "slope": "slope (rad)",
-    "no_load_speed": "no-load speed (rad/s)",
-    "stance_angle": "stance angle (rad)",
-    "swing_angle": "swing angle (rad)",
-    "stance_rate": "stance rate (rad/s)",
-    "swing_rate": "swing rate (rad/s)",
-}
+#: One colour after the other, told apart by all eyes.
+PALETTE = (RED, BLUE, GREEN, VIOLET, ORANGE)
+LONGEST_LABEL = 44  # characters of a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +60,19 @@ def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
 
     @functools.wraps(draw)
     def drawn(*arguments: P.args, **named: P.kwargs) -> Drawing:
-        with matplotlib.rc_context(STYLE):
+        with _own_style():
             return draw(*arguments, **named)
 
     return drawn
+
+
+@contextlib.contextmanager
+def _own_style() -> Iterator[None]:
+    """The style of the package over matplotlib's own, whatever a user's matplotlibrc says."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
 
 
 def sheet(rows: int = 1, height: float = 4.0, **arguments: Any) -> tuple[Figure, Sequence[Axes]]:
@@ -107,15 +100,8 @@ def save_drawing(
         ValueError: a format that matplotlib does not know.
     """
     base = Path(path)
-    if not base.parent.is_dir():
-        raise FileNotFoundError(f"the folder {str(base.parent)!r} does not exist; make it first")
-    written = []
-    for suffix in formats:
-        target = base.with_name(f"{base.name}.{suffix}")
-        metadata = {"Date": None} if suffix == "svg" else None
-        with matplotlib.rc_context(STYLE), written_aside(target) as aside:
-            drawing.figure.savefig(aside, dpi=DOTS, metadata=metadata)
-        written.append(target)
+    named = [base.with_name(f"{base.name}.{suffix}") for suffix in formats]
+    written = [save_figure(drawing, target) for target in named]
     for name, columns in {"": drawing.columns, **drawing.tables}.items():
         target = base.with_name(f"{base.name}-{name}.csv" if name else f"{base.name}.csv")
         write_text(target, csv_text(columns))
@@ -123,17 +109,28 @@ def save_drawing(
     return written
 
 
-def csv_text(columns: Mapping[str, ArrayLike]) -> str:
-    """Columns of equal length as CSV; floats with all their digits, NaN as an empty cell."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    values = [np.asarray(column).tolist() for column in columns.values()]
-    for row in zip(*values, strict=True):
-        writer.writerow(["" if value != value else value for value in row])
-    return text.getvalue()
+def save_figure(drawing: Drawing, path: str | os.PathLike[str]) -> Path:
+    """Write a drawing's figure only; the suffix of `path` says the format.
+
+    Raises:
+        ValueError: a suffix that matplotlib does not know.
+        FileNotFoundError: the folder does not exist.
+    """
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"the folder {str(target.parent)!r} does not exist; make it first")
+    metadata = {"Date": None} if target.suffix == ".svg" else None
+    with _own_style(), written_aside(target) as aside:
+        drawing.figure.savefig(aside, dpi=DOTS, metadata=metadata)
+    return target
 
 
-def label_of(parameter: str) -> str:
-    """A parameter's name and unit for an axis."""
-    return LABELS.get(parameter, parameter.replace("_", " "))
+def label_of(name: str) -> str:
+    """What a number of a walker, a control or a post-strike state is, and its unit, for an axis."""
+    label, unit = name.replace("_", " "), "rad/s" if name.endswith("rate") else "rad"
+    for owner in (WalkerParams, *(each.control for each in SCHEMES.values())):
+        if owner is not None and name in quantities(owner):
+            label, unit = quantities(owner)[name].label, quantities(owner)[name].unit
+            break
+    whole = unit.replace(" ", "\u00a0")  # a unit is not broken
+    return textwrap.fill(f"{label} ({whole})" if unit else label, LONGEST_LABEL)

@@ -1,14 +1,9 @@
-"""Figures of walks and of learning (import it on demand: needs matplotlib).
-
-The functions return `matplotlib.figure.Figure` objects and leave pyplot's state alone;
-`save_figure` writes one.
-"""
+"""Figures of walks and of learning."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,37 +11,28 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.files import written_aside
 from powered_walker_env.model.phases import Outcome
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.pictures.charts.sheet import (
+    BLUE,
+    GREY,
+    INK,
+    PALE,
+    PALETTE,
+    RED,
+    Drawing,
+    label_of,
+    sheet,
+    styled,
+)
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.trajectory import Trajectory
 
-COLOURS = ("#c8553d", "#1f6f8b", "#7a9e3c", "#8a5a99", "#5b5b5b")  # told apart by all eyes
-GAIT_COLOUR = "#111111"
-#: Components of a post-strike state: name, symbol and unit.
-COMPONENTS = (
-    ("stance angle", "rad"),
-    ("swing angle", "rad"),
-    ("stance rate", "rad/s"),
-    ("swing rate", "rad/s"),
-)
+COMPONENTS = PostStrikeState._fields
+GAIT = "gait"  # the name of the undisturbed gait among walks: drawn on top, in ink
 
 
-def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: int = 120) -> Path:
-    """Write a figure; the suffix of `path` says the format. It appears complete or not at all.
-
-    Raises:
-        ValueError: a suffix that matplotlib does not know.
-        FileNotFoundError: the folder does not exist.
-    """
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"the folder {str(target.parent)!r} does not exist; make it first")
-    with written_aside(target) as aside:
-        figure.savefig(aside, dpi=dpi)
-    return target
-
-
+@styled
 def learning_curve(
     steps: ArrayLike,
     mean: ArrayLike,
@@ -56,7 +42,7 @@ def learning_curve(
     baselines: Mapping[str, float] | None = None,
     limit: int = 100,
     title: str = "",
-) -> Figure:
+) -> Drawing:
     """Strides survived against strides trained, with a band of confidence and baselines.
 
     Args:
@@ -65,20 +51,19 @@ def learning_curve(
         baselines: name to strides survived, of controllers that do not learn.
         limit: strides of a whole episode.
     """
-    figure = Figure(figsize=(7.2, 4.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = sheet()
     x = np.asarray(steps, np.float64) / 1000
-    axes.fill_between(
-        x, low, high, color=COLOURS[1], alpha=0.2, linewidth=0, label="95 % confidence"
-    )
-    axes.plot(x, mean, color=COLOURS[1], marker="o", markersize=4, label="policy, as it learns")
-    for (name, value), colour in zip((baselines or {}).items(), COLOURS[::2], strict=False):
+    band = "95 % confidence, over the\nepisodes of this one seed"
+    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, linewidth=0, label=band)
+    axes.plot(x, mean, color=BLUE, marker="o", markersize=4, label="policy, as it learns")
+    colours = [colour for colour in PALETTE if colour != BLUE]
+    for (name, value), colour in zip((baselines or {}).items(), colours, strict=False):
         axes.axhline(value, color=colour, linestyle="--", linewidth=1.3)
         axes.annotate(
             f"{name}: {value:.0f}", (1, value), xycoords=axes.get_yaxis_transform(),
             xytext=(-4, 3), textcoords="offset points", ha="right", color=colour,
         )  # fmt: skip
-    axes.axhline(limit, color="#999999", linewidth=0.8)
+    axes.axhline(limit, color=GREY, linewidth=0.8)
     axes.set(
         xlabel="strides walked in training (thousands)",
         ylabel=f"strides survived, of {limit}",
@@ -86,14 +71,15 @@ def learning_curve(
         ylim=(0, 1.05 * limit),
         title=title,
     )
-    _grid(axes)
-    axes.legend(loc="center right", frameon=False)
-    return figure
+    axes.legend(loc="center right")
+    columns = {"strides_trained": steps, "strides": mean, "strides_low": low, "strides_high": high}
+    return Drawing(figure, columns)
 
 
+@styled
 def disturbed_walks(
     walks: Mapping[str, Trajectory], gait: Trajectory, *, title: str = ""
-) -> Figure:
+) -> Drawing:
     """Walks in the state space: deviations at every heel strike, and both legs' portraits.
 
     Args:
@@ -104,8 +90,67 @@ def disturbed_walks(
     figure.suptitle(title, fontsize=12)
     left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1.15, 1)))
     _draw_deviations(left, walks, gait)
-    _draw_portraits(right, walks, gait)
-    return figure
+    shown = {**walks, GAIT: gait}
+    _draw_portraits(right, shown)
+    return Drawing(figure, _table(shown))
+
+
+@styled
+def portrait_figure(walks: Mapping[str, Trajectory], *, title: str = "") -> Drawing:
+    """Phase portrait: rate against angle of both legs, from strike to strike.
+
+    Args:
+        walks: name to walk; one named "gait" is drawn on top, in ink.
+    """
+    figure, (axes,) = sheet(1, 4.8)
+    shown, lone = [], len(walks) == 1
+    for (name, walk), colour in zip(walks.items(), _colours(walks), strict=True):
+        motion = leg_motion(walk)
+        hues, lines = ((BLUE, RED), ("-", "-")) if lone else ((colour, colour), ("-", "--"))
+        for i, leg in enumerate(("stance leg", "swing leg")):
+            label = leg if lone else f"{name}, {leg}"
+            width = 1.8 if lone or name == GAIT else 0.7
+            _draw_portrait(axes, walk, motion[i], motion[i + 2], hues[i], label, lines[i], width)
+            shown.append(np.stack([motion[i], motion[i + 2]])[:, _walked(walk)])
+        axes.plot(*_jumps(walk, motion), ":", color=GREY, lw=0.8, zorder=1)
+    axes.plot([], [], ":", color=GREY, lw=0.8, label="heel strike")
+    _set_limits(axes, *np.concatenate(shown, axis=1))
+    axes.set(xlabel="angle of the leg from vertical (rad)", ylabel="rate (rad/s)", title=title)
+    figure.legend(loc="outside lower center", ncols=3)
+    return Drawing(figure, _table(walks))
+
+
+def _colours(walks: Mapping[str, Trajectory]) -> list[str]:
+    """One for each walk; ink for the gait, unless it is alone."""
+    hues = iter(PALETTE * (len(walks) // len(PALETTE) + 1))
+    return [INK if name == GAIT and len(walks) > 1 else next(hues) for name in walks]
+
+
+def _table(walks: Mapping[str, Trajectory]) -> dict[str, ArrayLike]:
+    """The samples of walks, one below the other."""
+    columns: dict[str, Any] = {
+        "walk": [np.full(len(walk.t), name) for name, walk in walks.items()],
+        "stride": [walk.stride for walk in walks.values()],
+        "t_s": [walk.t for walk in walks.values()],
+    }
+    motions = [leg_motion(walk) for walk in walks.values()]
+    for i, component in enumerate(COMPONENTS):
+        unit = "rad_s" if component.endswith("rate") else "rad"
+        columns[f"{component}_{unit}"] = [motion[i] for motion in motions]
+    return {name: np.concatenate(parts) for name, parts in columns.items()}
+
+
+def _jumps(walk: Trajectory, motion: tuple[Array, ...]) -> tuple[Array, Array]:
+    """(3n,) angles and rates: where each leg was before a heel strike, and where it is after."""
+    after = np.flatnonzero(np.diff(walk.stride)) + 1
+    gap = np.full(len(after), np.nan)
+    stance, swing, stance_rate, swing_rate = motion
+    lines = [
+        np.stack([old[after - 1], new[after], gap], axis=1).ravel()
+        for old, new in ((stance, swing), (swing, stance),
+                         (stance_rate, swing_rate), (swing_rate, stance_rate))
+    ]  # fmt: skip
+    return np.concatenate(lines[:2]), np.concatenate(lines[2:])
 
 
 def post_strike_states(walk: Trajectory) -> Array:
@@ -124,15 +169,11 @@ def leg_motion(walk: Trajectory) -> tuple[Array, Array, Array, Array]:
     return stance, stance + walk.q[:, 2] - np.pi, stance_rate, stance_rate + walk.u[:, 2]
 
 
-def _grid(axes: Axes) -> None:
-    axes.grid(color="#dddddd", linewidth=0.6)
-
-
 def _draw_deviations(figure: SubFigure, walks: Mapping[str, Trajectory], gait: Trajectory) -> None:
     """One strip for each component of the state, against the number of the stride."""
     strips: Sequence[Axes] = figure.subplots(4, 1, sharex=True)
     origin = post_strike_states(gait)[0]
-    for (name, walk), colour in zip(walks.items(), COLOURS, strict=False):
+    for (name, walk), colour in zip(walks.items(), PALETTE, strict=False):
         deviations = post_strike_states(walk) - origin
         fell = walk.outcome != Outcome.WALKED
         end = "falls in stride {}" if fell else "still walking after {} strides"
@@ -142,32 +183,31 @@ def _draw_deviations(figure: SubFigure, walks: Mapping[str, Trajectory], gait: T
             axes.plot(number, values, color=colour, marker=".", markersize=4, lw=1, label=label)
             if fell:
                 axes.plot(number[-1], values[-1], "X", color=colour, markersize=9)
-    for axes, (component, unit) in zip(strips, COMPONENTS, strict=True):
-        axes.axhline(0, color=GAIT_COLOUR, linewidth=0.8)
-        axes.set_ylabel(f"{component}\n({unit})")
-        _grid(axes)
-    strips[0].set_title("deviation from the gait after each heel strike", fontsize=11)
-    strips[0].legend(loc="upper right", frameon=False, fontsize=9)
+    for axes, component in zip(strips, COMPONENTS, strict=True):
+        axes.axhline(0, color=INK, linewidth=0.8)
+        axes.set_ylabel(label_of(component).replace(" (", "\n("))
+        axes.grid(color=PALE, linewidth=0.6)
+    strips[0].set_title("deviation from the gait after each heel strike")
+    strips[0].legend(loc="upper right")
     strips[-1].set_xlabel("stride")
     strips[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     figure.align_ylabels(strips)
 
 
-def _draw_portraits(figure: SubFigure, walks: Mapping[str, Trajectory], gait: Trajectory) -> None:
+def _draw_portraits(figure: SubFigure, walks: Mapping[str, Trajectory]) -> None:
     """Rate against angle of the stance leg (above) and of the swing leg."""
     panels: Sequence[Axes] = figure.subplots(2, 1)
-    styles = [*zip(walks.items(), COLOURS, strict=False), (("gait", gait), GAIT_COLOUR)]
     for i, (axes, leg) in enumerate(zip(panels, ("stance", "swing"), strict=True)):
         shown = []
-        for (name, walk), colour in styles:
+        for (name, walk), colour in zip(walks.items(), _colours(walks), strict=True):
             motion = leg_motion(walk)
             _draw_portrait(axes, walk, motion[i], motion[i + 2], colour, name)
             shown.append(np.stack([motion[i], motion[i + 2]])[:, _walked(walk)])
         _set_limits(axes, *np.concatenate(shown, axis=1))
         axes.set(xlabel=f"{leg} leg, angle from vertical (rad)", ylabel=f"{leg} leg, rate (rad/s)")
-        _grid(axes)
-    panels[0].set_title("phase portrait of each leg, heel strike to heel strike", fontsize=11)
-    panels[0].legend(loc="best", frameon=False, fontsize=9)
+        axes.grid(color=PALE, linewidth=0.6)
+    panels[0].set_title("phase portrait of each leg, heel strike to heel strike")
+    panels[0].legend(loc="best")
     figure.align_ylabels(panels)
 
 
@@ -177,7 +217,9 @@ def _walked(walk: Trajectory) -> NDArray[np.bool_]:
 
 
 def _set_limits(axes: Axes, angles: Array, rates: Array) -> None:
-    """Frame what was walked; the path of a fall leaves the picture."""
+    """Frame what was walked; the path of a fall leaves the picture, unless it is all there is."""
+    if not len(angles):
+        return
     for values, set_limits in ((angles, axes.set_xlim), (rates, axes.set_ylim)):
         low, high = float(values.min()), float(values.max())
         margin = 0.12 * (high - low)
@@ -185,14 +227,16 @@ def _set_limits(axes: Axes, angles: Array, rates: Array) -> None:
 
 
 def _draw_portrait(
-    axes: Axes, walk: Trajectory, angle: Array, rate: Array, colour: str, name: str
-) -> None:
+    axes: Axes, walk: Trajectory, angle: Array, rate: Array, colour: str, name: str,
+    line: str = "-", width: float | None = None,
+) -> None:  # fmt: skip
     """One leg's path, a line for each stride, with a dot where it begins."""
     ends = np.flatnonzero(np.diff(walk.stride)) + 1
     x, y = (np.insert(values, ends, np.nan) for values in (angle, rate))
-    single = walk.stride[-1] == 0
-    axes.plot(x, y, color=colour, lw=1.8 if single else 0.7, alpha=1 if single else 0.7, label=name)
+    width = width or (1.8 if walk.stride[-1] == 0 else 0.7)
+    bold = width > 1
+    axes.plot(x, y, color=colour, lw=width, ls=line, alpha=1.0 if bold else 0.7, label=name)
     starts = np.concatenate([[0], ends])
-    axes.plot(angle[starts], rate[starts], ".", color=colour, markersize=9 if single else 4)
+    axes.plot(angle[starts], rate[starts], ".", color=colour, markersize=9 if bold else 4)
     if walk.outcome != Outcome.WALKED:
         axes.plot(angle[-1], rate[-1], "X", color=colour, markersize=9)

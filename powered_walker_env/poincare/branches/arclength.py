@@ -5,11 +5,9 @@ equations bordered by t·u = level, which stays regular at folds (Keller 1977; K
 Elements of Applied Bifurcation Theory, section 10.2; Govaerts, Numerical Methods for
 Bifurcations of Dynamical Equilibria, 2000).
 
-Why our own: as far as a search of registries went, Python's continuation packages are for
-equilibria and orbits of flows or discretised equations (PyCont-Lite, bice; AUTO-07p behind
-compiled right-hand sides), and the one with maps, PyDSTool, takes them as source text and
-is no longer kept up. None takes a map as a function with its exact Jacobian and locates
-doublings and Neimark–Sacker points of its cycles.
+Why our own: Python's continuation packages are for flows and discretised equations
+(PyCont-Lite, bice, AUTO-07p), or take maps as source text and are no longer kept up
+(PyDSTool). None takes a map as a function with its exact Jacobian.
 """
 
 from __future__ import annotations
@@ -21,19 +19,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Equations,
-    Family,
-    OffCurveError,
-)
+from powered_walker_env.model.checks import whole_number
+from powered_walker_env.poincare.families import Bounds, Equations, Family, OffCurveError
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 CORRECTIONS = 10  # Newton steps of a corrector before the step is called a failure
 CONVERGED = 1e-12  # Newton step that ends the corrector at once
 SETTLED = 1e-8  # ... or one below this that rounding keeps from shrinking fourfold
-STRAYED = 0.5  # a correction longer than this share of the step may have left the curve
+ASIDE = 0.5  # a correction longer than this share of the step may have left the curve
 TURN = 0.2  # rad, most that the tangent may turn in a step
 FAVOURED_TURN = 0.1  # rad, that the step length aims at
 LONGEST_STEP = 0.02  # default, in units where the bounds' width is 1
@@ -69,7 +63,7 @@ class Curve(Protocol):
     """Equations whose solutions form a curve."""
 
     def evaluate(self, u: Array, /) -> Equations:
-        """The equations at u; raises `OffCurveError` where there are none."""
+        """The equations at u; `OffCurveError` where there are none."""
 
 
 class Solution(NamedTuple):
@@ -102,19 +96,13 @@ def window_of(
     Raises:
         ValueError: a step or a number of points that makes no sense.
     """
-    longest = LONGEST_STEP if step is None else float(step)
-    if not 0.0 < longest <= 1.0:
+    if not 0.0 < (longest := LONGEST_STEP if step is None else float(step)) <= 1.0:
         raise ValueError(f"step must lie in (0, 1], a share of the bounds' width, got {step!r}")
-    if max_points < 1:
-        raise ValueError(f"max_points must be at least 1, got {max_points!r}")
+    most = whole_number("max_points", max_points, 1)
     scaled = np.array(bounds) / family.scales[:, np.newaxis]
-    low, high = np.full(STATE_SIZE, np.inf), np.full(unbounded, np.inf)
-    return Window(
-        np.concatenate([-low, scaled[:, 0], -high]),
-        np.concatenate([low, scaled[:, 1], high]),
-        longest,
-        max_points,
-    )
+    state, more = np.full(STATE_SIZE, np.inf), np.full(unbounded, np.inf)
+    low, high = [-state, scaled[:, 0], -more], [state, scaled[:, 1], more]
+    return Window(np.concatenate(low), np.concatenate(high), longest, most)
 
 
 Stop = Callable[[Solution, Solution], tuple[CurveEnd, Solution | None] | None]
@@ -220,7 +208,7 @@ def _checked_turn(here: Solution, there: Solution, step: float) -> float:
     ahead = float(here.tangent @ moved)
     aside = float(np.linalg.norm(moved - ahead * here.tangent))
     turn = float(np.arccos(np.clip(here.tangent @ there.tangent, -1.0, 1.0)))
-    if not 0.0 <= ahead <= 1.5 * step or aside > STRAYED * step or turn > TURN:
+    if not 0.0 <= ahead <= 1.5 * step or aside > ASIDE * step or turn > TURN:
         raise OffCurveError("the curve turns faster than the step can follow")
     return turn
 

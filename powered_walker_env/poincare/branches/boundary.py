@@ -1,27 +1,19 @@
 """Stability boundaries: folds, doublings and Neimark–Sacker points followed in two parameters.
 
-Unknowns: the state, two parameters and, for a complex pair, its angle θ. Equations: the
-gait closes, and the critical multiplier is μ = 1, −1 or e^{iθ}, said by the scalar g of
-
-    [A − μ  b] [v]   [0]        [A − μ  b]ᴴ [w]   [0]
-    [ cᴴ    0] [g] = [1],       [ cᴴ    0]  [h] = [1],
-
-which vanishes exactly where A − μ is singular and is smooth there (Govaerts, Numerical
-Methods for Bifurcations of Dynamical Equilibria, 2000, chapter 4; Kuznetsov, section
-10.3). Its derivative is −wᴴ (∂A/∂z) v, and ∂A/∂z v is the derivative of the exact
-Jacobian ∂f/∂z along v: one central difference of it for v real, two for v complex.
+`critical.py` has the equations. A boundary is followed from a special point of a branch,
+both ways; `stability_boundaries` follows those from every point where a gait's branch
+loses its stability.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.arclength import (
     MAX_POINTS,
@@ -34,20 +26,16 @@ from powered_walker_env.poincare.branches.arclength import (
     tangent_of,
     window_of,
 )
+from powered_walker_env.poincare.branches.continuation import continue_gait
+from powered_walker_env.poincare.branches.critical import Complex, Critical
 from powered_walker_env.poincare.branches.special_points import CRITICAL, SpecialKind, SpecialPoint
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Equations,
-    Family,
-    family_within,
-)
-from powered_walker_env.poincare.gaits import Gait, describe
-from powered_walker_env.poincare.maps import Policy
+from powered_walker_env.poincare.families import Bounds, Family, family_within, value_of
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
+from powered_walker_env.poincare.work.pieces import RunOptions, run_pieces
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
-DIFFERENCE = 1e-4  # natural units: of the exact Jacobian, along the critical vector
-Complex = NDArray[np.complex128]
+BULGE = 0.05  # of a chord's length, that the curve may lie beside it: it turns 0.2 rad at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,81 +77,32 @@ class Boundary:
         return describe(stride_map, self.states[index], "post-strike", self.period)
 
 
-class _Bordered(NamedTuple):
-    """g, and the vectors of its derivative."""
+class HalfBoundary(NamedTuple):
+    """A boundary one way from its special point, which is the first row."""
 
-    g: complex
-    v: Complex  # (4,)
-    w: Complex  # (4,)
+    values: Array  # the columns of `Boundary`
+    states: Array
+    multipliers: Complex
+    angle: Array
+    end: CurveEnd
 
-
-class _Critical:
-    """The defining system of one kind of boundary; its borders move along with the curve."""
-
-    def __init__(self, family: Family, kind: SpecialKind) -> None:
-        self.family = family
-        self.kind = kind
-        self.complex = kind is SpecialKind.NEIMARK_SACKER
-        self.b: Complex = np.zeros(STATE_SIZE, complex)
-        self.c: Complex = np.zeros(STATE_SIZE, complex)
-
-    def angle(self, u: Array) -> float:
-        """θ of the critical multiplier, rad."""
-        if self.complex:
-            return float(u[-1])
-        return 0.0 if self.kind is SpecialKind.FOLD else math.pi
-
-    def _matrix(self, equations: Equations, u: Array) -> Complex:
-        multiplier = np.exp(1j * self.angle(u)) if self.complex else math.cos(self.angle(u))
-        A = equations.jacobian[:, :STATE_SIZE] + np.eye(STATE_SIZE)
-        matrix: Complex = A - multiplier * np.eye(STATE_SIZE, dtype=complex)
-        return matrix
-
-    def renew_borders(self, equations: Equations, u: Array) -> None:
-        """Take the singular vectors here as borders."""
-        left, _, right = np.linalg.svd(self._matrix(equations, u))
-        self.b, self.c = left[:, -1], right[-1].conj()
-
-    def _solve(self, matrix: Complex) -> _Bordered:
-        bordered = np.zeros((STATE_SIZE + 1, STATE_SIZE + 1), complex)
-        bordered[:-1, :-1], bordered[:-1, -1], bordered[-1, :-1] = matrix, self.b, self.c.conj()
-        last = np.eye(STATE_SIZE + 1)[-1].astype(complex)
-        v, w = np.linalg.solve(bordered, last), np.linalg.solve(bordered.conj().T, last)
-        return _Bordered(complex(v[-1]), v[:-1], w[:-1])
-
-    def evaluate(self, u: Array) -> Equations:
-        """Fixed point and criticality; the Jacobian by (state, p₁, p₂[, θ])."""
-        plain = u[: STATE_SIZE + 2]
-        equations = self.family.evaluate(plain)
-        bordered = self._solve(self._matrix(equations, u))
-        gradient = -bordered.w.conj() @ self._bent(plain, bordered.v)
-        jacobian = equations.jacobian
-        if not self.complex:
-            residual = np.append(equations.residual, bordered.g.real)
-            return equations._replace(
-                residual=residual, jacobian=np.vstack([jacobian, gradient.real])
-            )
-        turn = 1j * np.exp(1j * u[-1]) * (bordered.w.conj() @ bordered.v)
-        gradient = np.append(gradient, turn)
-        jacobian = np.hstack([jacobian, np.zeros((STATE_SIZE, 1))])
-        return equations._replace(
-            residual=np.concatenate([equations.residual, [bordered.g.real, bordered.g.imag]]),
-            jacobian=np.vstack([jacobian, gradient.real, gradient.imag]),
+    def turned(self) -> HalfBoundary:
+        """From its end up to the special point, that left out."""
+        back = slice(None, 0, -1)
+        return HalfBoundary(
+            self.values[back], self.states[back], self.multipliers[back], self.angle[back], self.end
         )
 
-    def _bent(self, u: Array, v: Complex) -> Complex:
-        """(4, 6) derivative of the map's exact Jacobian along v."""
-        bent = np.zeros((STATE_SIZE, STATE_SIZE + 2), complex)
-        for part, unit in ((v.real, 1.0), (v.imag, 1j)):
-            length = float(np.linalg.norm(part))
-            if length < DIFFERENCE:
-                continue  # v is real
-            step = np.append(part * (DIFFERENCE / length), [0.0, 0.0])
-            change = (
-                self.family.evaluate(u + step).jacobian - self.family.evaluate(u - step).jacobian
-            )
-            bent += unit * change * (0.5 * length / DIFFERENCE)
-        return bent
+
+class _Way(NamedTuple):
+    """A piece of work: a boundary to be followed one way."""
+
+    point: SpecialPoint
+    parameters: tuple[str, str]
+    bounds: tuple[Bounds, Bounds]
+    step: float | None
+    max_points: int
+    sense: float  # 1: the first parameter rises at first; −1: it falls
 
 
 def continue_boundary(
@@ -186,44 +125,119 @@ def continue_boundary(
     Raises:
         ValueError: unknown or equal parameters, bounds that do not hold the point.
     """
-    if parameters[0] == parameters[1]:
+    way = _Way(point, parameters, bounds, step, max_points, 1.0)
+    ahead = half_boundary(way)
+    closed = ahead.end.reason is EndReason.CLOSED
+    return _joined(way, ahead, None if closed else half_boundary(way._replace(sense=-1.0)))
+
+
+def stability_boundaries(
+    gait: Gait,
+    parameters: tuple[str, str],
+    bounds: tuple[Bounds, Bounds],
+    *,
+    step: float | None = None,
+    max_points: int = MAX_POINTS,
+    **run: Unpack[RunOptions],
+) -> tuple[Boundary, ...]:
+    """The boundaries through all points at which a gait loses its stability in one parameter.
+
+    Args:
+        gait: whose branch along the second parameter has the points.
+        run: where it runs, see `run_pieces`; each way from each point is a piece.
+        The rest as in `continue_boundary`.
+
+    Returns:
+        The curves, each once though it may pass through several of the points.
+
+    Raises:
+        GaitNotFoundError: the branch has no such point; else as `continue_boundary`.
+    """
+    _check_different(parameters)
+    family_within(gait, parameters, bounds)
+    branch = continue_gait(gait, parameters[1], bounds[1])
+    points = [point for point in branch.special_points if point.limits_stability]
+    if not points:
+        raise GaitNotFoundError(
+            f"the gait's branch has no limit of stability for {parameters[1]} in "
+            f"[{bounds[1][0]:g}, {bounds[1][1]:g}]; give wider bounds"
+        )
+    ways = [_Way(point, parameters, bounds, step, max_points, 1.0) for point in points]
+    both = [way._replace(sense=sense) for way in ways for sense in (1.0, -1.0)]
+    halves = run_pieces(half_boundary, both, **run)
+    curves: list[Boundary] = []
+    across = value_of(gait.params, gait.control, parameters[0])
+    for way, ahead, back in zip(ways, halves[::2], halves[1::2], strict=True):
+        start = np.array([across, way.point.value])
+        if not any(_passes(curve, way.point.kind, start) for curve in curves):
+            closed = ahead.end.reason is EndReason.CLOSED
+            curves.append(_joined(way, ahead, None if closed else back))
+    return tuple(curves)
+
+
+def _check_different(parameters: tuple[str, str]) -> None:
+    if len(parameters) != 2 or parameters[0] == parameters[1]:
         raise ValueError(f"parameters must be two different names, got {parameters!r}")
-    family = family_within(point.gait, parameters, bounds)
-    curve = _Critical(family, point.kind)
-    window = window_of(family, bounds, step, max_points, unbounded=int(curve.complex))
+
+
+def half_boundary(way: _Way) -> HalfBoundary:
+    """Follow a boundary one way."""
+    point = way.point
+    _check_different(way.parameters)
+    family = family_within(point.gait, way.parameters, way.bounds)
+    curve = Critical(family, point.kind)
+    window = window_of(family, way.bounds, way.step, way.max_points, unbounded=int(curve.complex))
     u = family.unknowns(point.state, family.current())
     if curve.complex:
         u = np.append(u, np.angle(point.critical_multiplier))
     curve.renew_borders(family.evaluate(u[: STATE_SIZE + 2]), u)
     forward = np.eye(len(u))[STATE_SIZE]
-    tangent = tangent_of(curve.evaluate(u).jacobian, forward)
-    start = correct(curve, u, tangent, float(tangent @ u), forward)
+    tangent = way.sense * tangent_of(curve.evaluate(u).jacobian, forward)
+    start = correct(curve, u, tangent, float(tangent @ u), tangent)
 
     def stop(here: Solution, there: Solution) -> tuple[CurveEnd, Solution | None] | None:
-        if curve.complex and not 0.0 < curve.angle(there.u) < math.pi:
+        if curve.complex and not 0.0 < curve.angle(there.u) < np.pi:
             return CurveEnd(EndReason.RESONANCE, "the pair becomes real"), None
         if here.u is not start.u and passes(here, there, start.u):
             return CurveEnd(EndReason.CLOSED, "back at the first point"), start
         curve.renew_borders(family.evaluate(there.u[: STATE_SIZE + 2]), there.u)
         return None
 
-    ahead, end = follow(curve, start, window, stop)
-    back: list[Solution] = []
-    beginning = end
-    if end.reason is not EndReason.CLOSED:
-        curve.renew_borders(family.evaluate(start.u[: STATE_SIZE + 2]), start.u)
-        back, beginning = follow(curve, start._replace(tangent=-start.tangent), window, stop)
-    points = [*reversed(back), start, *ahead]
-    return Boundary(
-        params=point.gait.params,
-        control=point.gait.control,
-        kind=point.kind,
-        parameters=parameters,
-        period=point.period,
-        bounds=bounds,
+    after, end = follow(curve, start, window, stop)
+    points = [start, *after]
+    return HalfBoundary(
         values=np.array([family.values(p.u) for p in points]),
         states=np.array([family.state(p.u) for p in points]),
         multipliers=np.array([p.equations.multipliers for p in points]),
         angle=np.array([curve.angle(p.u) for p in points]),
-        ends=(beginning, end),
+        end=end,
     )
+
+
+def _joined(way: _Way, ahead: HalfBoundary, back: HalfBoundary | None) -> Boundary:
+    """The two halves as one curve; of a closed one the first is all."""
+    halves = [ahead] if back is None else [back.turned(), ahead]
+    return Boundary(
+        params=way.point.gait.params,
+        control=way.point.gait.control,
+        kind=way.point.kind,
+        parameters=way.parameters,
+        period=way.point.period,
+        bounds=way.bounds,
+        values=np.concatenate([half.values for half in halves]),
+        states=np.concatenate([half.states for half in halves]),
+        multipliers=np.concatenate([half.multipliers for half in halves]),
+        angle=np.concatenate([half.angle for half in halves]),
+        ends=(halves[0].end, ahead.end),
+    )
+
+
+def _passes(curve: Boundary, kind: SpecialKind, where: Array) -> bool:
+    """Whether a curve already goes through a special point: curves may turn back."""
+    widths = np.array([high - low for low, high in curve.bounds])
+    corners = (curve.values - where) / widths
+    steps = np.diff(corners, axis=0)
+    lengths = np.maximum((steps**2).sum(axis=1), 1e-300)
+    shares = np.clip(-(corners[:-1] * steps).sum(axis=1) / lengths, 0.0, 1.0)
+    apart = np.linalg.norm(corners[:-1] + shares[:, np.newaxis] * steps, axis=1)
+    return curve.kind is kind and bool((apart < BULGE * np.sqrt(lengths)).any())

@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.arclength import CurveEnd, Solution
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
 from powered_walker_env.poincare.families import Bounds, Family
-from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, newton
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.fixed_points import newton
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.simulation.strides import Array
 
 
@@ -97,15 +99,26 @@ class Branch:
         return gaits
 
     def stable_ranges(self) -> list[tuple[float, float]]:
-        """The stable stretches as (low, high) of the parameter, ends at special points."""
-        starts: list[tuple[float, bool]] = [(float(self.values[0]), bool(self.stable[0]))]
-        for i in np.flatnonzero(self.stable[1:] != self.stable[:-1]).tolist():
-            limits = [p.value for p in self.special_points if p.index == i and p.limits_stability]
-            where = limits[0] if limits else 0.5 * float(self.values[i] + self.values[i + 1])
-            starts.append((where, bool(self.stable[i + 1])))
-        starts.append((float(self.values[-1]), False))
-        pairs = itertools.pairwise(starts)
-        return [(min(a, b), max(a, b)) for (a, stable), (b, _) in pairs if stable]
+        """The stable stretches as (low, high) of the parameter, in order along the branch.
+
+        They begin and end at the special points at which every other multiplier is inside:
+        there, and nowhere else, stability changes, however many of them lie between two gaits
+        of the branch. (Where the gaits say otherwise, a pair of points was missed: then the
+        change is put half-way.)
+        """
+        stable = bool(self.stable[0])
+        changes: list[tuple[float, bool]] = [(float(self.values[0]), stable)]
+        for i, after in enumerate(self.stable[1:].tolist()):
+            for point in self.special_points:
+                if point.index == i and point.limits_stability:
+                    stable = not stable
+                    changes.append((point.value, stable))
+            if stable is not after:
+                stable = after
+                changes.append((0.5 * float(self.values[i] + self.values[i + 1]), stable))
+        changes.append((float(self.values[-1]), False))
+        pairs = itertools.pairwise(changes)
+        return [(min(a, b), max(a, b)) for (a, stable), (b, _) in pairs if stable and a != b]
 
     def _stride_map(self, value: float) -> StrideMap:
         family = Family(self.params, self.control, (self.parameter,), np.ones(1), self.period)

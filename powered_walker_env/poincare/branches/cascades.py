@@ -17,23 +17,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import brentq
 
+from powered_walker_env.model.checks import whole_number
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.branches.continuation import continue_gait, switch_branch
 from powered_walker_env.poincare.branches.special_points import SpecialKind, SpecialPoint
-from powered_walker_env.poincare.families import (
-    STATE_SIZE,
-    Bounds,
-    Equations,
-    Family,
-    OffCurveError,
-    value_of,
-)
-from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe, newton
-from powered_walker_env.poincare.maps import natural_units
+from powered_walker_env.poincare.families import Bounds, Equations, Family, OffCurveError, value_of
+from powered_walker_env.poincare.fixed_points import newton
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, describe
+from powered_walker_env.poincare.tolerances import SETTLING
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 DELTA = 4.669201609102991  # Feigenbaum's: the ratio of successive intervals tends to it
 STABLE_PART = 0.45  # of an interval: about where the gait is most stable, so settles soonest
-SETTLING = 400  # strides of the gait's period walked before Newton takes over
 FIRST_STEP = 0.3  # of the expected interval, of the search for the next doubling
 MAX_STEPS = 24
 LOCATED = 1e-13  # of the parameter's value
@@ -72,8 +68,7 @@ def doubling_cascade(
         GaitNotFoundError: the gait's branch has no doubling that ends its stability.
         ValueError: bad arguments, as `continue_gait`.
     """
-    if doublings < 1:
-        raise ValueError(f"doublings must be at least 1, got {doublings!r}")
+    doublings = whole_number("doublings", doublings, 1)
     points, stopped = _followed(gait, parameter, bounds, min(doublings, 2), step)
     if not points:
         raise GaitNotFoundError(f"{stopped}; give wider bounds, or a gait nearer to its doubling")

@@ -30,15 +30,10 @@ from powered_walker_env.poincare.branches.special_points import (
     SpecialPoint,
     special_points,
 )
-from powered_walker_env.poincare.families import (
-    SHORTEST_STRIDE,
-    STATE_SIZE,
-    Bounds,
-    Family,
-    OffCurveError,
-    family_within,
-)
+from powered_walker_env.poincare.families import Bounds, Family, OffCurveError, family_within
 from powered_walker_env.poincare.gaits import Gait
+from powered_walker_env.poincare.tolerances import SHORTEST_STRIDE
+from powered_walker_env.simulation.derivatives import STATE_SIZE
 from powered_walker_env.simulation.strides import Array
 
 AMPLITUDES = (1e-3, 3e-4, 3e-3)  # natural units, of the first doubled gait; tried in turn

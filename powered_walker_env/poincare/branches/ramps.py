@@ -14,20 +14,21 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import real_number, whole_number
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import CONTROL_NUMBERS, AnyControl
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.families import numbers_of, replaced
-from powered_walker_env.poincare.gaits import GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
-from powered_walker_env.poincare.work.pieces import RunOptions, run_pieces
-from powered_walker_env.simulation.derivatives import PARAMETERS
+from powered_walker_env.poincare.branches.starts import changed, starts_along
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import RAMP_RTOL, SAME_STATE
+from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_chains
+from powered_walker_env.simulation.arguments import check_rtol
 from powered_walker_env.simulation.strides import Array
 
-RTOL = 1e-9  # of the strides
-SAME = 1e-6  # natural units within which a kept state has come back
-SETTLED = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
+NO_START = -1  # in `outcome`: nothing stable was found to begin with
+LINK = 8  # values of a link: the work lost by an interruption
+SUDDEN = 1e-3  # of a return to the returns before it: slower than 0.999 a stride is not seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +36,8 @@ class Ramp:
     """The states a walker went through as a parameter changed; rows go with the values."""
 
     states: Array = field(repr=False)  # (n, keep, 4) after the transient; NaN after a fall
-    outcome: NDArray[np.int64]  # (n,) how the last stride ended, values of Outcome
-    restarted: NDArray[np.bool_]  # (n,) begun from the gait found there: the walker had fallen
+    outcome: NDArray[np.int64]  # (n,) how the last stride ended, values of Outcome; NO_START
+    restarted: NDArray[np.bool_]  # (n,) begun afresh: it fell from where the value before ended
 
     @property
     def walked(self) -> NDArray[np.bool_]:
@@ -58,8 +59,8 @@ class BifurcationDiagram:
     up: Ramp
     down: Ramp
 
-    def periods(self, ramp: Ramp, within: float = SAME) -> NDArray[np.int64]:
-        """(n,) strides after which the motion repeats; 0 if it does not, −1 after a fall.
+    def periods(self, ramp: Ramp, within: float = SAME_STATE) -> NDArray[np.int64]:
+        """(n,) strides after which the motion repeats; 0: it does not, −1: fell, −2: no start.
 
         A motion that alternates as it settles nearly repeats, too: of a period n > 1 the
         return after n strides must be far closer than any before.
@@ -76,22 +77,25 @@ class BifurcationDiagram:
         earlier = np.minimum.accumulate(returns, axis=0)[
             np.maximum(first - 1, 0), range(len(first))
         ]
-        repeats = (closest <= within) & ((first == 0) | (closest <= SETTLED * earlier))
-        return np.where(ramp.walked, np.where(repeats, first + 1, 0), -1)
+        repeats = (closest <= within) & ((first == 0) | (closest <= SUDDEN * earlier))
+        fallen = np.where(ramp.outcome == NO_START, -2, -1)
+        return np.where(ramp.walked, np.where(repeats, first + 1, 0), fallen)
 
     @property
     def gap(self) -> Array:
         """(n,) Hausdorff distance of the two ramps' states, natural units: hysteresis shows.
 
-        NaN where both fell, inf where one did.
+        NaN where both fell or one was never begun, inf where one fell.
         """
         units, pairs = (
             natural_units(self.params),
             zip(self.up.states, self.down.states, strict=True),
         )
         gaps = [_hausdorff(one / units, other / units) for one, other in pairs]
-        both, neither = self.up.walked & self.down.walked, ~(self.up.walked | self.down.walked)
-        return np.where(both, gaps, np.where(neither, np.nan, np.inf))
+        walked = np.array([self.up.walked, self.down.walked])
+        begun = np.array([self.up.outcome, self.down.outcome]) != NO_START
+        hysteresis = begun.all(axis=0) & walked.any(axis=0)
+        return np.where(walked.all(axis=0), gaps, np.where(hysteresis, np.inf, np.nan))
 
 
 def bifurcation_diagram(
@@ -103,118 +107,98 @@ def bifurcation_diagram(
     state: PostStrikeState | Sequence[float] | None = None,
     transient: int = 200,
     keep: int = 64,
-    rtol: float = RTOL,
+    rtol: float = RAMP_RTOL,
     **run: Unpack[RunOptions],
 ) -> BifurcationDiagram:
     """Ramp a parameter up and down, each value starting where the last one ended.
 
-    After a fall the walker starts again from the gait found at the next value, or, where
-    none is found, from `state`.
+    Both ramps begin, and where they fall begin again, on something stable (`starts_along`):
+    the walker's gait is followed to each value, and where it is not stable, what it becomes
+    is. Where there is nothing to begin with, the ramp has `NO_START`, which is no fall.
 
     Args:
-        params, control: the walker; the parameter's own value in them does not matter.
+        params, control: the walker; with the parameter's own value in them it has a gait.
         parameter: one of `PARAMETERS`: a number of the control or of the walker.
         values: ascending.
-        state: where both ramps begin and begin again; the gaits found at their first
-            values if left out.
+        state: a post-strike state near that gait; searched for if left out.
         transient, keep: strides walked unseen, then kept, at each value.
-        run: where it runs, see `run_pieces`; the two ramps are two pieces.
+        run: where it runs, see `run_chains`; each ramp is a chain of a few values each.
 
     Raises:
         ValueError: an unknown parameter, or one that the walker has no use for; values
             that do not ascend.
+        TypeError: strides that are no whole number.
     """
     points = np.atleast_1d(np.asarray(values, np.float64))
-    if points.ndim != 1 or not len(points) or (np.diff(points) <= 0).any():
+    rising = points.ndim == 1 and len(points) > 0 and bool((np.diff(points) > 0).all())
+    if not (rising and np.isfinite(points).all()):
         raise ValueError(f"values must be a list of ascending numbers, got {values!r}")
-    if transient < 0 or keep < 2:
-        raise ValueError(
-            f"transient must be at least 0 and keep at least 2, got {transient!r} and {keep!r}"
-        )
-    changed(params, control, parameter, float(points[0]))
-    start = None if state is None else np.array(check_state(state))
-    pieces = [
-        _Piece(params, control, parameter, ordered, start, transient, keep, rtol)
-        for ordered in (points, points[::-1])
+    transient, keep = whole_number("transient", transient, 0), whole_number("keep", keep, 2)
+    rtol = check_rtol(real_number("rtol", rtol))
+    for end in (points[0], points[-1]):
+        changed(params, control, parameter, float(end))
+    guess = None if state is None else check_state(state)
+    starts = starts_along(params, control, parameter, points, guess)
+    rows = np.arange(len(points))
+    chains = [
+        [
+            _Link(params, control, parameter, points[part], starts[part], transient, keep, rtol)
+            for part in (ordered[block] for block in blocks(len(points), LINK))
+        ]
+        for ordered in (rows, rows[::-1])
     ]
-    up, down = run_pieces(ramp, pieces, **run)
+    up, down = (_joined(links) for links in run_chains(ramp, chains, **run))
     turned = Ramp(down.states[::-1], down.outcome[::-1], down.restarted[::-1])
     return BifurcationDiagram(params, control, parameter, points, transient, keep, rtol, up, turned)
 
 
-def changed(
-    params: WalkerParams, control: AnyControl | Policy | None, parameter: str, value: float
-) -> tuple[WalkerParams, AnyControl | Policy | None]:
-    """The walker and its control with one number replaced.
-
-    Raises:
-        ValueError: not one of `PARAMETERS`, or a number of a control that is not constant.
-    """
-    if parameter not in PARAMETERS:
-        raise ValueError(f"parameter must be one of {', '.join(PARAMETERS)}, got {parameter!r}")
-    if parameter not in CONTROL_NUMBERS:
-        return params.replace(**{parameter: value}), control
-    if parameter not in numbers_of(control):
-        raise ValueError(
-            f"parameter {parameter!r} is no number of a constant control, got control={control!r}; "
-            "ramp a parameter of the walker instead"
-        )
-    return params, replaced(control, parameter, value)
+def _joined(links: list[_Walked]) -> Ramp:
+    return Ramp(*(np.concatenate(parts) for parts in zip(*links, strict=True)))
 
 
-class _Piece(NamedTuple):
+class _Link(NamedTuple):
+    """Some successive values of a ramp."""
+
     params: WalkerParams
     control: AnyControl | Policy | None
     parameter: str
-    values: Array
-    start: Array | None
+    values: Array  # (n,) in their order
+    starts: Array  # (n, 4) where to start or start again; NaN where nothing is known
     transient: int
     keep: int
     rtol: float
 
 
-def ramp(piece: _Piece) -> Ramp:
-    """Walk through the values in their order."""
-    count = len(piece.values)
-    kept = np.full((count, piece.keep, 4), np.nan)
-    outcomes, restarted = np.zeros(count, np.int64), np.zeros(count, np.bool_)
-    state = piece.start
-    for i, value in enumerate(piece.values.tolist()):
-        walker = StrideMap(*changed(*piece[:3], value), piece.rtol)
-        if state is None:
-            restarted[i] = i > 0
-            state = _restart(walker, piece.start)
-        if state is None:
-            outcomes[i] = int(Outcome.NOT_FINITE)
-            continue
-        states, outcomes[i] = _walk(walker, state, piece.transient, piece.keep)
-        if outcomes[i] == Outcome.WALKED:
-            kept[i], state = states, states[-1]
-        else:
-            state = None
-    return Ramp(kept, outcomes, restarted)
+_Walked = tuple[Array, NDArray[np.int64], NDArray[np.bool_]]  # states, outcomes, restarted
+
+
+def ramp(link: _Link, before: _Walked | None) -> _Walked:
+    """Walk through the values in their order, on from where the link before ended."""
+    count = len(link.values)
+    kept = np.full((count, link.keep, 4), np.nan)
+    outcomes, restarted = np.full(count, NO_START), np.zeros(count, np.bool_)
+    state = np.full(4, np.nan) if before is None else before[0][-1, -1]
+    for i, value in enumerate(link.values.tolist()):
+        walker = StrideMap(*changed(*link[:3], value), link.rtol)
+        for start in (state, link.starts[i]):
+            if np.isfinite(start).all() and outcomes[i] != Outcome.WALKED:
+                restarted[i] = start is not state and (i > 0 or before is not None)
+                kept[i], outcomes[i] = _walk(walker, start, link.transient, link.keep)
+        state = kept[i, -1]
+    return kept, outcomes, restarted
 
 
 def _walk(walker: StrideMap, state: Array, transient: int, keep: int) -> tuple[Array, int]:
-    """The last `keep` states of a walk, and how it ended."""
+    """The last `keep` states of a walk, and how it ended; NaN after a fall."""
     states, x = np.full((keep, 4), np.nan), state[np.newaxis]
     for k in range(-transient, keep):
         batch = walker.strides(x)
         if not batch.walked[0]:
-            return states, int(batch.outcome[0])
+            return np.full((keep, 4), np.nan), int(batch.outcome[0])
         x = batch.state
         if k >= 0:
             states[k] = x[0]
     return states, int(Outcome.WALKED)
-
-
-def _restart(walker: StrideMap, start: Array | None) -> Array | None:
-    """The gait at this value, or the start given; None if there is neither."""
-    try:
-        guess = None if start is None else start.tolist()
-        return np.array(find_gait(walker.params, walker.control, guess).state)
-    except GaitNotFoundError:
-        return start
 
 
 def _hausdorff(one: Array, other: Array) -> float:

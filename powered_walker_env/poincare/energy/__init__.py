@@ -1,1 +1,46 @@
-"""What walking costs, and what the contacts must bear."""
+"""What does walking cost, what must it, and what do floor and joints bear?
+
+- work, gravity and current of gaits, one scheme beside the other: `energetics`;
+- what a step must cost at least: `least_cost`;
+- is the contact what the model takes it for? `contact`, with the forces of `ground_force`.
+"""
+
+from powered_walker_env.poincare.energy.contact import (
+    ContactReport,
+    contact_of,
+    contact_report,
+    foot_motion,
+)
+from powered_walker_env.poincare.energy.energetics import (
+    TIMINGS,
+    Costs,
+    at_equal_gait,
+    comparison,
+    costs,
+    family_costs,
+    first_gait,
+    schemes_for,
+    start_on_the_level,
+)
+from powered_walker_env.poincare.energy.ground_force import GroundForce, ground_force
+from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
+
+__all__ = [
+    "TIMINGS",
+    "ContactReport",
+    "Costs",
+    "GroundForce",
+    "at_equal_gait",
+    "comparison",
+    "contact_of",
+    "contact_report",
+    "costs",
+    "family_costs",
+    "first_gait",
+    "foot_motion",
+    "ground_force",
+    "ideal_push",
+    "least_cost",
+    "schemes_for",
+    "start_on_the_level",
+]

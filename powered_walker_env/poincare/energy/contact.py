@@ -15,11 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.chain import pose_of
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.phases import Joints, Outcome
-from powered_walker_env.model.powering import AnyControl
+from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.energy.ground_force import (
@@ -31,7 +32,6 @@ from powered_walker_env.poincare.energy.ground_force import (
     trailing_foot,
 )
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import Policy
 from powered_walker_env.simulation import record
 from powered_walker_env.simulation.strides import Array
 
@@ -64,6 +64,11 @@ class ContactReport:
     strike_friction: float  # least coefficient that keeps the new foot from slipping there
     stop_overrun: float  # rad, how far the powered foot falls back past its stop, q2 − q2_lock
     ankle_reversals: int  # times the ankle turns round while the motor runs
+
+    def __repr__(self) -> str:
+        found = "; ".join(self.violations()) or "nothing that the model assumes is broken"
+        strides = f"{self.strides} stride{'s' * (self.strides != 1)}"
+        return f"ContactReport({strides}, {self.outcome.label}: {found})"
 
     @property
     def min_normal_fraction(self) -> float:
@@ -151,8 +156,7 @@ def contact_report(
     Raises:
         ValueError: a bad argument.
     """
-    if strides < 1:
-        raise ValueError(f"strides must be at least 1, got {strides!r}")
+    strides = whole_number("strides", strides, 1)
     reports = [
         _examine(stride, params) for stride in logged_strides(params, control, state, strides)
     ]

@@ -2,7 +2,7 @@
 
 A cost of transport is an energy over weight times distance, dimensionless, so that a slope's
 is its sine (McGeer 1990; Collins et al. 2005). On a gait all that is put in is lost:
-motor or push or hip, and gravity, make up for the collisions. `transition.py` has what a
+motor or push or hip, and gravity, make up for the collisions. `least_cost.py` has what a
 transition must cost at least.
 
     costs(find_gait(params, ToeOff(0.1), state))
@@ -23,14 +23,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from powered_walker_env.model.powering import (
+    SCHEMES,
     AnyControl,
     HipTorque,
     LateToeOff,
     Scheme,
-    StoppedControl,
     ToeOff,
     ToeOffAtStrike,
-    scheme,
+    scheme_named,
     scheme_of,
 )
 from powered_walker_env.model.presets import preset
@@ -41,7 +41,6 @@ from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
 from powered_walker_env.poincare.families import Bounds, value_of
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.maps import StrideMap
-from powered_walker_env.simulation import record
 
 HANDED_OVER = 8  # steps from the slope to the level
 CLOSED_BY = math.pi  # q3 at which a hip torque ends: the legs side by side
@@ -75,32 +74,25 @@ class Costs(NamedTuple):
 
 
 def costs(gait: Gait, parameter: str = "") -> Costs:
-    """The costs of one gait under a constant control or none.
+    """The costs of one gait.
 
     Args:
         gait: any period. parameter: names what changes along its family, if it has one.
-
-    Raises:
-        ValueError: under a policy, which has no scheme's strength to compare by.
     """
-    if callable(gait.control):
-        raise ValueError(
-            "gait must have a constant control to compare its costs, got one under a policy"
-        )
-    control: AnyControl | None = gait.control
-    batch = StrideMap(gait.params, control).strides(gait.states)
+    stride_map = StrideMap(gait.params, gait.control)
+    batch, powered = stride_map.strides(gait.states), stride_map.scheme
     carried = 2.0 * gait.params.leg_mass * gait.params.gravity * gait.step_length
     pushed, put_in, lost = (
         math.fsum(energy.tolist()) / carried
         for energy in (batch.positive_work, batch.energy_in, batch.energy_lost)
     )
-    powered, gravity = scheme_of(control), math.sin(gait.params.slope)
+    gravity = math.sin(gait.params.slope)
     drawn = math.fsum(batch.electrical_energy.tolist()) / carried
-    strikes = batch.results[:, record.FINAL]
+    strikes = batch.final
     return Costs(
         scheme=powered.name,
         parameter=parameter,
-        value=value_of(gait.params, control, parameter) if parameter else math.nan,
+        value=value_of(gait.params, gait.control, parameter) if parameter else math.nan,
         speed=gait.speed,
         step_length=gait.step_length / gait.period,
         spectral_radius=gait.spectral_radius,
@@ -149,12 +141,12 @@ def start_on_the_level(passive_preset: str, name: str) -> Gait:
         ValueError: a preset that has a motor, or a scheme that these legs cannot be powered by.
     """
     params, control, state, _ = preset(passive_preset)
-    powered = scheme(name)
+    powered = scheme_named(name)
     if control is not None or powered.control is None or _draws(powered):
         raise ValueError(
-            f"scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
-            f"{name!r} for {passive_preset!r}; a preset with a motor walks with motor or "
-            "motor-with-stop"
+            "scheme must be a toe-off or hip-torque on the legs of a passive preset, got "
+            f"{name!r} for {passive_preset!r}, which walks with "
+            f"{', '.join(schemes_for(passive_preset))}"
         )
     if powered.control is HipTorque and params.massless_foot:
         raise ValueError(
@@ -192,24 +184,30 @@ def first_gait(name: str, preset_name: str) -> tuple[Gait, str]:
         ValueError, GaitNotFoundError: as `start_on_the_level`.
     """
     params, control, state, _ = preset(preset_name)
-    powered = scheme(name)
+    powered = scheme_named(name)
+    if name not in schemes_for(preset_name):
+        raise ValueError(
+            f"scheme must be one of {', '.join(schemes_for(preset_name))} on the legs of "
+            f"{preset_name!r}, got {name!r}"
+        )
     if powered.control is None:
-        if control is not None:
-            raise ValueError(
-                f"scheme 'passive' needs a passive preset, got {preset_name!r}; choose motor"
-            )
         return find_gait(params, None, state), "slope"
-    if control is not None and _draws(powered):
-        same: Any = control if name == "motor" else StoppedControl(*dataclasses.astuple(control))
-        return find_gait(params, same, state), "stall_torque"
-    return start_on_the_level(preset_name, name), powered.numbers[-1]
+    if control is None:
+        return start_on_the_level(preset_name, name), powered.numbers[-1]
+    same: AnyControl = powered.control(*dataclasses.astuple(control))
+    return find_gait(params, same, state), powered.numbers[-1]
 
 
 def schemes_for(preset_name: str) -> tuple[str, ...]:
-    """Names of the schemes that a preset's legs can be powered by."""
+    """Names of the schemes that a preset's legs can be powered by.
+
+    On a powered preset's gait, those whose controls have the same numbers: both motors, or
+    the three timings of a push.
+    """
     params, control, _, _ = preset(preset_name)
     if control is not None:
-        return ("motor", "motor-with-stop")
+        same = scheme_of(control).numbers
+        return tuple(name for name, each in SCHEMES.items() if each.numbers == same)
     timings = ("toe-off", "toe-off-at-strike", "late-toe-off")
     return ("passive", *timings, *(() if params.massless_foot else ("hip-torque",)))
 
@@ -255,7 +253,7 @@ def at_equal_gait(gait: Gait) -> dict[str, Costs]:
     """A toe-off gait's costs if it pushed before, with or after the heel strike.
 
     The state after is the same, and so the gait, its speed and its step length; the work is
-    not (`physics/push_off.py`).
+    not (`model/mechanics/push_off.py`).
 
     Raises:
         GaitNotFoundError, ValueError: not a toe-off gait.

@@ -26,16 +26,16 @@ from powered_walker_env.model.mechanics.constants import Chain, Constants, chain
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.mechanics.push_off import push_off
 from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
-from powered_walker_env.model.powering import STRENGTH, AnyControl
+from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.maps import Policy, StrideMap
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import CONTACT_RTOL
 from powered_walker_env.simulation import record
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.trajectory import LoggedStride, log_stride
 
 SAMPLES = 500  # per √(L/g) of time: extremes are right to about the square of 1/500
-CONTACT_RTOL = 1e-11  # of the strides examined
 
 PUSHES = {Reset.PUSH_BEFORE, Reset.PUSH_WITH, Reset.PUSH_AFTER}
 
@@ -54,6 +54,10 @@ class GroundForce:
     impulse: tuple[float, float]  # N s, normal and forward, on the new foot at heel strike; NaN
     # after a fall
     push: tuple[float, float]  # N s, the same of a push-off, on the old foot
+
+    def __repr__(self) -> str:
+        least, most = self.normal.min(), self.normal.max()
+        return f"GroundForce({self.t[-1]:.4g} s, normal {least:.4g} to {most:.4g} N)"
 
 
 def ground_force(

@@ -2,9 +2,7 @@
 
 Every start walks until it falls, until it enters the trapping region of a gait
 (`trapping.py`), or for as many strides as are asked for; walkers leave the batch as
-their fate is known. Slices show two of the four coordinates of the post-strike state;
-the volume in all four is estimated by Monte Carlo with an exact (Clopper–Pearson)
-confidence interval.
+their fate is known.
 """
 
 from __future__ import annotations
@@ -14,25 +12,26 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import real_number, whole_number
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import check_state
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
-from powered_walker_env.poincare.regions.slices import COORDINATES, Slice, starts_of
+from powered_walker_env.poincare.branches.starts import stable_gait
+from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.regions.slices import Slice, slice_through, starts_of
 from powered_walker_env.poincare.stability.trapping import Trap, traps_of
+from powered_walker_env.poincare.tolerances import FATE_RTOL, NEARLY_BACK
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
+from powered_walker_env.simulation.arguments import check_rtol
 from powered_walker_env.simulation.strides import Array
 
 FELL, WALKING = -2, -1  # in `attractor`, besides the gaits' numbers
-LONGEST_PERIOD = 8  # looked for in walkers that no gait of the list attracts
-SAME = 1e-4  # natural units within which a walker has come back
+LONGEST_CYCLE = 8  # strides, looked for in walkers that no gait of the list attracts
 ROWS = 2000  # starts of a piece
-RTOL = 1e-8  # of the strides
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,39 +73,14 @@ class Basin:
         return values.reshape(self.grid.shape[::-1])
 
 
-@dataclass(frozen=True, eq=False)
-class BasinVolume:
-    """The share of a box in four dimensions from which the walker converges to a gait."""
-
-    basin: Basin = field(repr=False)  # of the random starts
-    low: Array  # (4,) corners of the box, rad and rad/s
-    high: Array
-    seed: int
-    confidence: float
-    share: float  # of the box
-    share_low: float  # Clopper–Pearson bounds
-    share_high: float
-
-    @property
-    def box_volume(self) -> float:
-        """Of the box, rad⁴/s²."""
-        return float(np.prod(self.high - self.low))
-
-    @property
-    def volume(self) -> tuple[float, float, float]:
-        """Estimate, lower and upper bound, rad⁴/s²."""
-        box = self.box_volume
-        return self.share * box, self.share_low * box, self.share_high * box
-
-
 def basin(
     params: WalkerParams,
     control: AnyControl | Policy | None,
-    grid: Slice | ArrayLike,
+    grid: Slice | ArrayLike | None = None,
     *,
     strides: int = 100,
     gaits: Sequence[Gait] | None = None,
-    rtol: float = RTOL,
+    rtol: float = FATE_RTOL,
     **run: Unpack[RunOptions],
 ) -> Basin:
     """What happens from each start: strides survived, attractor.
@@ -114,71 +88,35 @@ def basin(
     Args:
         params: the walker.
         control: a constant control, None for a passive walker, or a policy.
-        grid: a `Slice`, or states (N, 4).
+        grid: a `Slice`, or states (N, 4); left out, the plane through the gait on the
+            section that strides end on, if the walker has one (`slice_through`).
         strides: walked at most.
-        gaits: stable gaits that may attract; found (`find_gait`) if left out.
+        gaits: stable gaits that may attract; found (`stable_gait`) if left out.
         rtol: of the strides.
         run: where it runs, see `run_pieces`.
 
     Raises:
-        ValueError: an unstable gait in the list, states of a wrong shape.
+        ValueError: an unstable gait in the list, states of a wrong shape, a tolerance out
+            of bounds.
+        TypeError: strides that are no whole number.
+        GaitNotFoundError: no grid, and no gait to put one around.
     """
+    strides = whole_number("strides", strides, 1)
+    rtol = check_rtol(real_number("rtol", rtol))
+    known = gaits_of(params, control, gaits)
+    if grid is None:
+        around = known or gaits_of(params, control, None)
+        if not around:
+            raise GaitNotFoundError("grid must be given for a walker without a gait to look around")
+        grid = slice_through(around[0])
+    stable = known if gaits is not None else tuple(gait for gait in known if gait.stable)
     states = starts_of(grid)
-    if strides < 1:
-        raise ValueError(f"strides must be at least 1, got {strides!r}")
-    stable = _default_gaits(params, control) if gaits is None else tuple(gaits)
     stride_map, traps = StrideMap(params, control, rtol), traps_of(stable)
     work = [_Work(stride_map, states[part], traps, strides) for part in blocks(len(states), ROWS)]
     fates = run_pieces(fate, work, **run)
     arrays = [np.concatenate(parts) for parts in zip(*fates, strict=True)]
     shape = grid if isinstance(grid, Slice) else None
     return Basin(params, control, shape, strides, rtol, stable, states, *arrays)
-
-
-def basin_volume(
-    params: WalkerParams,
-    control: AnyControl | Policy | None,
-    low: Sequence[float],
-    high: Sequence[float],
-    *,
-    samples: int = 10_000,
-    seed: int = 0,
-    confidence: float = 0.95,
-    strides: int = 100,
-    gaits: Sequence[Gait] | None = None,
-    **run: Unpack[RunOptions],
-) -> BasinVolume:
-    """Share of a box of starts that converge to a gait, by seeded Monte Carlo.
-
-    Args:
-        low, high: (4,) corners of the box, rad and rad/s.
-        samples: uniform random starts.
-        confidence: of the exact binomial interval (Clopper and Pearson 1934), which
-            covers at least that often. It covers chance, not the limit of strides: a
-            walker still under way counts as not converged.
-        The rest as in `basin`.
-    """
-    bottom, top = np.array(check_state(low)), np.array(check_state(high))
-    if (bottom >= top).any():
-        raise ValueError(f"low must be below high in all four, got {low!r} and {high!r}")
-    if not (samples >= 1 and 0 < confidence < 1):
-        raise ValueError(
-            f"samples must be at least 1 and confidence in (0, 1), got {samples!r}, {confidence!r}"
-        )
-    starts = np.random.default_rng(seed).uniform(bottom, top, (samples, 4))
-    found = basin(params, control, starts, strides=strides, gaits=gaits, **run)
-    hits = int(np.count_nonzero(found.attractor >= 0))
-    bounds = clopper_pearson(hits, samples, confidence)
-    return BasinVolume(found, bottom, top, seed, confidence, hits / samples, *bounds)
-
-
-def clopper_pearson(hits: int, samples: int, confidence: float) -> tuple[float, float]:
-    """Exact confidence bounds of a share, from hits out of samples."""
-    tail = 0.5 * (1.0 - confidence)
-    inverse = scipy.special.betaincinv
-    low = inverse(hits, samples - hits + 1, tail) if hits else 0.0
-    high = inverse(hits + 1, samples - hits, 1.0 - tail) if hits < samples else 1.0
-    return float(low), float(high)
 
 
 class _Work(NamedTuple):
@@ -206,7 +144,7 @@ def fate(work: _Work) -> tuple[NDArray[np.int64], ...]:
             rows, states, recent = rows[keep], states[keep], [old[keep] for old in recent]
         if k == limit or not len(rows):
             break
-        recent = [*recent[-LONGEST_PERIOD + 1 :], states]
+        recent = [*recent[-LONGEST_CYCLE + 1 :], states]
         batch = stride_map.strides(states)
         fell = rows[~batch.walked]
         walked[fell], attractor[fell] = k, FELL
@@ -219,31 +157,22 @@ def fate(work: _Work) -> tuple[NDArray[np.int64], ...]:
     return walked, attractor, settled, period, outcome
 
 
+def gaits_of(
+    params: WalkerParams, control: AnyControl | Policy | None, gaits: Sequence[Gait] | None
+) -> tuple[Gait, ...]:
+    """The gaits given, else the most stable one that is found, if any."""
+    if gaits is not None:
+        return tuple(gaits)
+    try:
+        return (stable_gait(params, control),)
+    except GaitNotFoundError:
+        return ()
+
+
 def _periods(params: WalkerParams, states: Array, recent: list[Array]) -> NDArray[np.int64]:
     """After how many strides, at least, each walker comes back to where it is; 0 if never."""
     period = np.zeros(len(states), np.int64)
     for back, old in enumerate(reversed(recent), start=1):
         moved = np.linalg.norm((states - old) / natural_units(params), axis=1)
-        period[(period == 0) & (moved <= SAME)] = back
+        period[(period == 0) & (moved <= NEARLY_BACK)] = back
     return period
-
-
-def _default_gaits(params: WalkerParams, control: AnyControl | Policy | None) -> tuple[Gait, ...]:
-    try:
-        gait = find_gait(params, control)
-    except GaitNotFoundError:
-        return ()
-    return (gait,) if gait.stable else ()
-
-
-__all__ = [
-    "COORDINATES",
-    "FELL",
-    "WALKING",
-    "Basin",
-    "BasinVolume",
-    "Slice",
-    "basin",
-    "basin_volume",
-    "clopper_pearson",
-]

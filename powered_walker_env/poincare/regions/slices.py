@@ -1,34 +1,68 @@
-"""Where to look in the state space: rectangles in two of its four coordinates."""
+"""Where to look in the state space: planes in it, and the section that strides end on.
+
+A stride of a walker whose foot stays locked ends with both feet on the floor, legs mirrored:
+K = L + D e^{−i·q2_lock} from hip to floor along either leg's foot gives s = −α − 2 arg K (for
+a foot in line with its leg s = −α). So of the four numbers of the post-strike state three are
+free; with massless point feet two, since the trailing foot is at rest as its leg begins to
+swing: β' = α' cos(α − s). A plane of the four-number space that keeps s as it is leaves that
+section: its states are never met again. Walkers whose ankle moves have no such section.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import cmath
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.checks import real_number, require
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.presets import PRESETS
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.gaits import Gait
+from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.simulation.strides import Array
 
 COORDINATES = PostStrikeState._fields
+AXES = ("stance_angle", "stance_rate")  # of a slice if none are given
+REACH = 0.1  # natural units to either side of a gait: the range if none is given
+MOST_POINTS = 10_000_000  # of a slice: a gigabyte or so
 
 
 @dataclass(frozen=True)
 class Slice:
-    """A rectangle in two coordinates of the post-strike state, the other two fixed."""
+    """A rectangle in two coordinates of the post-strike state.
+
+    The other two are kept, or, on the section of a walker, such as its strides end with.
+
+    Raises:
+        ValueError, TypeError: axes, ranges or a shape that make no sense.
+    """
 
     base: PostStrikeState | Sequence[float]  # the point whose other coordinates are kept
     axes: tuple[str, str]  # across, up: names out of PostStrikeState's fields
     ranges: tuple[tuple[float, float], tuple[float, float]]  # rad or rad/s, ends included
     shape: tuple[int, int] = (200, 200)  # points across, up
+    section: WalkerParams | None = None  # whose section the slice lies on; None: on none
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base", check_state(self.base))
-        if len(set(self.axes)) != 2 or not set(self.axes) <= set(COORDINATES):
-            raise ValueError(f"axes must be two of {', '.join(COORDINATES)}, got {self.axes!r}")
-        if min(self.shape) < 1:
-            raise ValueError(f"shape must be two positive numbers, got {self.shape!r}")
+        free = COORDINATES if self.section is None else free_coordinates(self.section)
+        known = {*free, "swing_angle"}  # on a section in place of the stance angle
+        axes, angles = set(self.axes), {"stance_angle", "swing_angle"}
+        good = len(self.axes) == len(axes) == 2 and axes <= known
+        if not good or (self.section is not None and axes == angles):
+            raise ValueError(
+                f"axes must be two of {', '.join(n for n in COORDINATES if n in known)}"
+                f"{'' if self.section is None else ' and one angle only'}, got {self.axes!r}"
+            )
+        object.__setattr__(self, "ranges", _checked_ranges(self.ranges))
+        object.__setattr__(self, "shape", _checked_shape(self.shape))
 
     @property
     def ticks(self) -> tuple[Array, Array]:
@@ -46,10 +80,123 @@ class Slice:
         states = np.tile(np.array(self.base), (across.size, 1))
         states[:, COORDINATES.index(self.axes[0])] = across.ravel()
         states[:, COORDINATES.index(self.axes[1])] = up.ravel()
-        return states
+        if self.section is None:
+            return states
+        if "swing_angle" in self.axes:
+            states[:, 0] = angle_sum(self.section) - states[:, 1]
+        return on_section(self.section, states)
+
+
+def _checked_ranges(ranges: Any) -> tuple[tuple[float, float], ...]:
+    try:
+        pairs = tuple((real_number("ranges", a), real_number("ranges", b)) for a, b in ranges)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"ranges must be two pairs of finite numbers (low, high), got {ranges!r}"
+        ) from error
+    rising = len(pairs) == 2 and all(low < high for low, high in pairs)
+    require(rising, "ranges", "be two pairs (low, high) that rise", ranges)
+    return pairs
+
+
+def _checked_shape(shape: Any) -> tuple[int, ...]:
+    whole = [isinstance(n, int | np.integer) and not isinstance(n, bool) and n > 0 for n in shape]
+    require(whole == [True, True], "shape", "be two positive numbers, whole ones", shape)
+    points = math.prod(map(int, shape))
+    if points > MOST_POINTS:
+        raise ValueError(
+            f"shape must give at most {MOST_POINTS:,} points, got {shape!r}, {points:,} points; "
+            "take fewer, or look at parts of the ranges one after the other"
+        )
+    return tuple(map(int, shape))
+
+
+def angle_sum(params: WalkerParams) -> float:
+    """α + s of a walker with locked feet, both on the floor: −2 arg K, rad."""
+    lever = params.foot_length * cmath.exp(-1j * params.locked_ankle_angle)
+    return -2.0 * cmath.phase(params.leg_length + lever)
+
+
+def _follows(params: WalkerParams) -> bool:
+    """Whether the swing rate follows from the others: massless point feet."""
+    return params.massless_foot and params.foot_length == params.foot_radius == 0.0
+
+
+def free_coordinates(params: WalkerParams) -> tuple[str, ...]:
+    """The coordinates of a walker's section: what its locked feet leave free."""
+    rates = ("stance_rate",) if _follows(params) else ("stance_rate", "swing_rate")
+    return ("stance_angle", *rates)
+
+
+def on_section(params: WalkerParams, states: Array) -> Array:
+    """(N, 4) states with the free coordinates of these, on the section of a walker."""
+    states = states.copy()
+    states[:, 1] = angle_sum(params) - states[:, 0]
+    if _follows(params):
+        states[:, 3] = states[:, 2] * np.cos(states[:, 0] - states[:, 1])
+    return states
+
+
+def has_section(params: WalkerParams, control: AnyControl | Policy | None) -> bool:
+    """Whether the strides of a walker so powered end on a section: its foot stays locked."""
+    return not StrideMap(params, control).scheme.moves_ankle
+
+
+def slice_through(
+    gait: Gait,
+    axes: tuple[str, str] = AXES,
+    ranges: tuple[tuple[float, float], tuple[float, float]] | None = None,
+    shape: tuple[int, int] = (200, 200),
+) -> Slice:
+    """The plane through a gait to look at: on the walker's section, if it has one.
+
+    With an ankle motor the other two coordinates are the gait's. Such a slice is a picture
+    of pushes that change two numbers of the state and no others; the strides from it leave
+    it, and its shares say nothing of the volume of a basin.
+
+    Args:
+        gait: of the walker.
+        axes: across, up.
+        ranges: of both, rad or rad/s; 0.1 (0.1 √(g/L) of a rate) around the gait if left out.
+        shape: points across, up.
+    """
+    section = gait.params if has_section(gait.params, gait.control) else None
+    if ranges is None:
+        low, high = (dict(zip(COORDINATES, end, strict=True)) for end in box_around(gait))
+        ranges = tuple((low.get(n, 0.0), high.get(n, 1.0)) for n in axes)  # type: ignore[assignment]
+    return Slice(gait.state, axes, ranges, shape, section)  # type: ignore[arg-type]
+
+
+def box_around(gait: Gait) -> tuple[list[float], list[float]]:
+    """Lowest and highest states (4,) of the box around a gait that is looked at by default."""
+    reach = REACH * natural_units(gait.params)
+    return (np.array(gait.state) - reach).tolist(), (np.array(gait.state) + reach).tolist()
+
+
+def schwab_wisse_slice(shape: tuple[int, int] = (200, 200)) -> Slice:
+    """The plane in which Schwab and Wisse (2001) drew the simplest walker's basin.
+
+    Stance angle against stance rate on the section, which has no other coordinates, at a
+    slope of 0.004 (A. L. Schwab and M. Wisse, Basin of attraction of the simplest walking
+    model, ASME DETC2001/VIB-21363; their angle and rate are ours with the other sign).
+    The walker is `section`: `basin(plane.section, None, plane)`.
+    """
+    preset = PRESETS["simplest"]
+    return Slice(
+        preset.state, AXES, ((-0.5, 0.0), (0.0, 0.5)), shape, preset.params.replace(slope=0.004)
+    )
+
+
+#: Planes of the literature, by name.
+SLICES: dict[str, Callable[[tuple[int, int]], Slice]] = {"schwab-wisse": schwab_wisse_slice}
 
 
 def starts_of(grid: Slice | ArrayLike) -> Array:
+    """(N, 4) the states of a slice, or a list of states, checked.
+
+    Raises:
+        ValueError: a wrong shape, or a state that is not finite.
+    """
     states = grid.states if isinstance(grid, Slice) else np.asarray(grid, np.float64)
     if states.ndim != 2 or states.shape[1] != 4 or not len(states):
         raise ValueError(f"grid must be a Slice or states (N, 4), got shape {states.shape}")

@@ -6,12 +6,17 @@ sequences is searched, stride by stride, with the exact stride map:
 - *saved*: a sequence was found that leads into the trapping region (`trapping.py`) of
   the regulated gait. Up to that region's own check by samples this is certain: a lower
   bound of the viable set.
-- *lost*: every sequence of the grid of controls ends in a fall within so many strides,
-  none left out. Certain for the grid, sampled for the controls between its points: an
-  estimate of an upper bound, better the finer the grid (round feet, 200 starts: of 29
-  lost after a stride or more on 5 by 5 controls, 18 were no longer on 9 by 9).
-- *open*: neither. The search keeps only the most promising walkers (least cost to go
-  of the regulator), so that it can miss a rescue; more `width` and `depth` decide more.
+- *lost*: every sequence of the grid of controls ends in a fall within so many strides.
+  Certain for the grid, but for walkers that came so near to one another (`CELL`) that one
+  stood for both; sampled for the controls between its points: an estimate of an upper
+  bound, better the finer the grid.
+- *open*: neither. The search keeps the most promising walkers (least cost to go of the
+  regulator) and as many that are unlike them; where more were left, it may have missed a
+  rescue: more `width` and `depth` decide more.
+
+A finer grid alone does not leave more open: its walkers fill the same cells. (Round feet,
+200 starts: 57 lost at once; after a stride or more 20 on 5 by 5 controls, 14 on 9 by 9; of
+these none is saved by a search sixteen times as wide on 13 by 13.)
 """
 
 from __future__ import annotations
@@ -23,17 +28,20 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait, find_gait
 from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.regions.slices import Slice, starts_of
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.stability.trapping import Trap, trap_around
+from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.poincare.work.pieces import RunOptions, blocks, run_pieces
 from powered_walker_env.simulation.strides import Array, run_batch
 
-RTOL = 1e-8  # of the strides
 ROWS = 32  # starts of a piece: thousands of strides each
+CELL = 0.05  # natural units: walkers of one start within such a cube count as one
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +53,7 @@ class Viability:
     high: Array
     grid: tuple[int, ...]  # (k,) values of each tried, besides the regulator's own
     depth: int  # strides searched
-    width: int  # walkers kept of each start from stride to stride
+    width: int  # walkers kept of each start from stride to stride: so many, twice
     states: Array = field(repr=False)  # (N, 4) the starts
     saved: NDArray[np.int64] = field(repr=False)  # (N,) strides to the safe region; −1: not found
     lost: NDArray[np.int64] = field(repr=False)  # (N,) strides that any sequence walks before it
@@ -79,18 +87,16 @@ def viable_states(
         grid: values of each number tried at every stride, the bounds included; one count
             for all, or one for each.
         depth: strides within which a walker must be safe.
-        width: walkers kept of each start from one stride to the next.
+        width: walkers kept of each start from one stride to the next: the so many most
+            promising, and as many unlike them.
         run: where it runs, see `run_pieces`.
 
     Raises:
-        ValueError: bad bounds; a regulated gait that is not stable.
+        ValueError: bad bounds or counts; a regulated gait that is not stable.
+        TypeError: counts that are no whole numbers.
     """
-    counts = (grid,) * len(half_range) if isinstance(grid, int) else tuple(grid)
-    if len(counts) != len(half_range) or min(counts, default=0) < 2 or depth < 1 or width < 1:
-        raise ValueError(
-            f"grid must be at least {' by '.join('2' for _ in half_range)}, depth and width at "
-            f"least 1, got {grid!r}, {depth!r}, {width!r}"
-        )
+    counts = _counts(grid, len(half_range))
+    depth, width = whole_number("depth", depth, 1), whole_number("width", width, 1)
     starts, regulator = starts_of(states), regulate(gait, half_range)
     trap = trap_around(find_gait(gait.params, regulator, gait.state))
     corners = [
@@ -98,13 +104,21 @@ def viable_states(
         for low, high, number in zip(regulator.low, regulator.high, counts, strict=True)
     ]
     controls = np.stack(np.meshgrid(*corners, indexing="ij"), axis=-1).reshape(-1, len(counts))
-    stride_map = StrideMap(gait.params, gait.control, RTOL)
+    stride_map = StrideMap(gait.params, gait.control, FATE_RTOL)
     work = [
         _Work(stride_map, regulator, trap, controls, starts[part], depth, width)
         for part in blocks(len(starts), ROWS)
     ]
     found = [np.concatenate(parts) for parts in zip(*run_pieces(search, work, **run), strict=True)]
     return Viability(gait, regulator.low, regulator.high, counts, depth, width, starts, *found)
+
+
+def _counts(grid: int | Sequence[int], numbers: int) -> tuple[int, ...]:
+    """How many values of each number of the control are tried."""
+    given = tuple(grid) if isinstance(grid, Sequence | np.ndarray) else (grid,) * numbers
+    if len(given) != numbers:
+        raise ValueError(f"grid must be one count or {numbers}, got {grid!r}")
+    return tuple(whole_number("grid", count, 2) for count in given)
 
 
 class _Work(NamedTuple):
@@ -145,7 +159,7 @@ def search(work: _Work) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[n
         now = _children(work, now, first=k == 0)
         walked[now.start], fallen = k + 1, np.setdiff1d(alive, now.start)
         lost[fallen[complete[fallen]]] = k
-        now, cut = _best(work, now)
+        now, cut = _kept(work, now)
         complete[cut] = False
         control[now.start[::-1]] = now.first[::-1]
     return saved, lost, walked, control
@@ -164,11 +178,24 @@ def _children(work: _Work, now: _Walkers, first: bool) -> _Walkers:
     return _Walkers(np.repeat(now.start, each), batch.state, firsts).take(batch.walked)
 
 
-def _best(work: _Work, now: _Walkers) -> tuple[_Walkers, NDArray[np.int64]]:
-    """Of each start the `width` least costly walkers, in order; the starts that lost some."""
-    order = np.lexsort((work.regulator.costs(now.state), now.start))
-    ordered = now.take(order)
-    starts, begin = np.unique(ordered.start, return_index=True)
-    place = np.arange(len(ordered.start)) - begin[np.searchsorted(starts, ordered.start)]
-    keep = place < work.width
-    return ordered.take(keep), np.unique(ordered.start[~keep])
+def _kept(work: _Work, now: _Walkers) -> tuple[_Walkers, NDArray[np.int64]]:
+    """Of each start the `width` least costly walkers and as many of other cells, in order.
+
+    And the starts of which more cells had walkers.
+    """
+    ordered = now.take(np.lexsort((work.regulator.costs(now.state), now.start)))
+    near = _places(ordered.start) < work.width
+    cubes = np.floor(ordered.state / (CELL * natural_units(work.stride_map.params)))
+    rows = np.column_stack([ordered.start, cubes.astype(np.int64)])
+    _, first, cell = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    others = np.sort(np.delete(first, np.unique(cell.ravel()[near])))  # the best of each cell
+    fits = _places(ordered.start[others]) < work.width
+    keep = np.union1d(np.flatnonzero(near), others[fits])
+    return ordered.take(keep), np.unique(ordered.start[others[~fits]])
+
+
+def _places(starts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The place of each row among those of the same start; the starts ascend."""
+    known, begin = np.unique(starts, return_index=True)
+    places: NDArray[np.int64] = np.arange(len(starts)) - begin[np.searchsorted(known, starts)]
+    return places

@@ -14,14 +14,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.model.powering import AnyControl
-from powered_walker_env.model.state import PostStrikeState, check_state
+from powered_walker_env.model.powering import AnyControl, Policy
+from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.maps import Policy, StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import ORBIT_RTOL
 from powered_walker_env.simulation.strides import Array
-
-RTOL = 1e-10  # of strides and Jacobians
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +40,12 @@ class LyapunovExponent:
     states: Array = field(repr=False)  # (strides, 4) of the orbit
     outcome: Outcome  # of the last stride
 
+    def __repr__(self) -> str:
+        return (
+            f"LyapunovExponent({self.exponent:.4f} ± {self.standard_error:.4f} per stride, "
+            f"{len(self.growth)} strides, {self.outcome.label})"
+        )
+
     @property
     def chaotic(self) -> bool:
         """Whether the exponent is positive beyond three standard errors."""
@@ -55,7 +61,7 @@ def lyapunov_exponent(
     transient: int = 200,
     blocks: int = 20,
     seed: int = 0,
-    rtol: float = RTOL,
+    rtol: float = ORBIT_RTOL,
 ) -> LyapunovExponent:
     """The largest Lyapunov exponent along the orbit from a state.
 
@@ -65,16 +71,14 @@ def lyapunov_exponent(
         strides: counted, after the transient.
         blocks: their means' scatter gives the standard error; make them much longer
             than the orbit's memory, or it comes out too small.
-        seed: of the first tangent's direction, which is soon forgotten.
+        seed: of the first tangent vector, which is soon forgotten.
 
     Raises:
-        ValueError: fewer than two strides for a block, or fewer than two blocks.
+        ValueError, TypeError: fewer than two strides for a block, or fewer than two blocks.
     """
-    if blocks < 2 or strides < 2 * blocks or transient < 0:
-        raise ValueError(
-            "strides must be at least twice blocks, blocks at least 2, transient at least 0, "
-            f"got {strides!r}, {blocks!r}, {transient!r}"
-        )
+    blocks = whole_number("blocks", blocks, 2)
+    strides = whole_number("strides", strides, 2 * blocks)
+    transient = whole_number("transient", transient, 0)
     stride_map, units = StrideMap(params, control, rtol), natural_units(params)
     start = check_state(state)
     x, tangent = np.array(start), np.random.default_rng(seed).normal(size=4)

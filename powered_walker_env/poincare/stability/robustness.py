@@ -27,7 +27,8 @@ from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import MapPoint, StrideMap
-from powered_walker_env.simulation.derivatives import PARAMETERS
+from powered_walker_env.simulation.derivatives import PARAMETERS, STATE_SIZE, parameters_of
+from powered_walker_env.simulation.differences import BACKWARD, CENTRAL, FORWARD, differences
 from powered_walker_env.simulation.strides import Array, run_batch
 
 STATE_NAMES = PostStrikeState._fields
@@ -38,12 +39,6 @@ DISTURBANCES = (*STATE_NAMES, *PARAMETERS, STEP_HEIGHT)
 #: What can be watched: a stride's duration, length and speed, and the state it ends in.
 INDICATORS = ("duration", "step_length", "speed", *STATE_NAMES)
 HEIGHT_DIFFERENCE = 1e-4  # leg lengths, step of the differences by step height
-_FORWARD = (-25.0, 48.0, -36.0, 16.0, -3.0)
-_STENCILS: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (
-    ((-2.0, -1.0, 1.0, 2.0), (1.0, -8.0, 8.0, -1.0)),
-    ((0.0, 1.0, 2.0, 3.0, 4.0), _FORWARD),
-    ((0.0, -1.0, -2.0, -3.0, -4.0), tuple(-weight for weight in _FORWARD)),
-)  # offsets and weights of fourth-order differences
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +53,10 @@ class GaitSensitivity:
     C: Array = field(repr=False)  # (period, q, 4)
     D: Array = field(repr=False)  # (period, q, m)
     parts: Array  # (q, m) the norm of each indicator by each disturbance
+
+    def __repr__(self) -> str:
+        what, by = ", ".join(self.indicators), ", ".join(self.disturbances)
+        return f"GaitSensitivity({self.norm:.4g}: {what} by {by})"
 
     @property
     def norm(self) -> float:
@@ -83,9 +82,10 @@ def gait_sensitivity(
 
     Args:
         gait: of a constant control or a policy.
-        disturbances: names out of `DISTURBANCES` to sizes (SI units), independent of
-            each other; a step of one leg length if left out: the ground rises there and
-            stays. For pushes on both legs give {"stance_rate": σ, "swing_rate": σ}.
+        disturbances: names out of `DISTURBANCES` (of the walker's own control, no other)
+            to sizes (SI units), independent of each other; a step of one leg length if left
+            out: the ground rises there and stays. For pushes on both legs give
+            {"stance_rate": σ, "swing_rate": σ}.
         indicators: names out of `INDICATORS` to the change that counts as 1 (SI units);
             a step's duration in units of √(L/g) if left out.
 
@@ -96,9 +96,10 @@ def gait_sensitivity(
     params = gait.params
     causes = dict(disturbances or {STEP_HEIGHT: params.leg_length})
     effects = dict(indicators or {"duration": math.sqrt(params.leg_length / params.gravity)})
-    _check_names("disturbances", causes, DISTURBANCES)
-    _check_names("indicators", effects, INDICATORS)
     stride_map = StrideMap(params, gait.control)
+    known = (*STATE_NAMES, *parameters_of(stride_map.scheme), STEP_HEIGHT)
+    _check_names("disturbances", causes, known)
+    _check_names("indicators", effects, INDICATORS)
     phases = [_linearise(stride_map, state, causes, effects) for state in gait.states]
     A, B, C, D = (np.array(matrices) for matrices in zip(*phases, strict=True))
     parts = [_norms(A, B, C[:, [row]], D[:, [row]]) for row in range(len(effects))]
@@ -125,9 +126,9 @@ def _linearise(
     stride_map: StrideMap, state: Array, causes: Mapping[str, float], effects: Mapping[str, float]
 ) -> tuple[Array, Array, Array, Array]:
     """A, B, C, D of the stride from one point of the gait."""
-    names = [name for name in causes if name in PARAMETERS]
+    names = [name for name in causes if name not in (*STATE_NAMES, STEP_HEIGHT)]
     point = stride_map.differentiate(state, by=names)
-    by_state = _with_speed(_rows(point)[:, :4], point)
+    by_state = _with_speed(_rows(point)[:, :STATE_SIZE], point)
     columns = []
     for name, size in causes.items():
         if name in STATE_NAMES:
@@ -135,7 +136,7 @@ def _linearise(
         elif name == STEP_HEIGHT:
             column = _with_speed(_by_step_height(stride_map, state)[:, np.newaxis], point)[:, 0]
         else:
-            place = 6 + names.index(name)
+            place = STATE_SIZE + point.controls + names.index(name)
             column = _with_speed(_rows(point)[:, [place]], point)[:, 0]
         columns.append(column * size)
     by_cause = np.array(columns).T
@@ -150,7 +151,7 @@ def _linearise(
 
 
 def _rows(point: MapPoint) -> Array:
-    """Derivatives of duration, step length and state, (6, directions)."""
+    """Derivatives of duration, step length and state, (6, n)."""
     return np.vstack([point.duration_by, point.step_length_by, point.by])
 
 
@@ -168,15 +169,17 @@ def _by_step_height(stride_map: StrideMap, state: Array) -> Array:
     """
     step = HEIGHT_DIFFERENCE * stride_map.params.leg_length
     row = pack(stride_map.params)[np.newaxis]
-    for offsets, weights in _STENCILS:
-        heights, states = step * np.array(offsets), np.tile(state, (len(offsets), 1))
-        batch = run_batch(
-            stride_map.cycle, states, stride_map.controls(states), row, heights, stride_map.rtol
-        )
-        results = np.column_stack([batch.duration, batch.step_length, batch.state])
-        if batch.walked.all():
-            derivative: Array = np.array(weights) @ results / (12.0 * step)
-            return derivative
+
+    def onto(heights: Array) -> Array:
+        states = np.tile(state, (len(heights), 1))
+        controls = stride_map.controls(states)
+        batch = run_batch(stride_map.cycle, states, controls, row, heights[:, 0], stride_map.rtol)
+        return np.column_stack([batch.duration, batch.step_length, batch.state])
+
+    for stencil in (CENTRAL, FORWARD, BACKWARD):
+        found = differences(onto, np.zeros((1, 1)), step, stencil)[0, :, 0]
+        if np.isfinite(found).all():  # else a walker falls
+            return found
     raise ValueError(
         f"{STEP_HEIGHT} must leave the walker walking at {step:g} m, but it falls on steps up and "
         "down alike; leave this disturbance out"

@@ -17,15 +17,16 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import StrideMap, natural_units
+from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.tolerances import SEARCH_RTOL
 from powered_walker_env.simulation.strides import Array
 
 SHELL_SAMPLES = 512
 SHELL_GROWTH = 2.0
 SMALLEST, LARGEST = 1e-5, 1.0  # radii of shells, natural units
 SAFETY = 0.5  # of the radius that the samples allow
-RTOL = 1e-9  # of the strides of the check
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,9 @@ class Trap:
     radii: Array  # (period,) of V
     contraction: float  # worst V(after the period)/V(before) over the samples within
     samples: int  # strides of the check
+
+    def __repr__(self) -> str:
+        return f"Trap({len(self.radii)} ellipsoids, contraction {self.contraction:.3g})"
 
     def holds(self, states: Array) -> NDArray[np.bool_]:
         """(N,) whether each state (N, 4) is inside one of the ellipsoids."""
@@ -57,7 +61,7 @@ def trap_around(gait: Gait, seed: int = 0) -> Trap:
             "gait must be stable to attract anything, got one of spectral radius "
             f"{gait.spectral_radius:.4f}"
         )
-    stride_map = StrideMap(gait.params, gait.control, RTOL)
+    stride_map = StrideMap(gait.params, gait.control, SEARCH_RTOL)
     found = [
         _ellipsoid(stride_map, point, gait.period, gait.spectral_radius, seed)
         for point in gait.states
@@ -86,9 +90,9 @@ def _ellipsoid(
     by_state = stride_map.differentiate(point, period).by_state * units / units[:, np.newaxis]
     matrix = scipy.linalg.solve_discrete_lyapunov(by_state.T / target, np.eye(4))
     factor = np.linalg.cholesky(matrix).T / units
-    directions = np.random.default_rng(seed).normal(size=(SHELL_SAMPLES, 4))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    offsets = np.linalg.solve(factor, directions.T).T  # V = 1
+    sphere = np.random.default_rng(seed).normal(size=(SHELL_SAMPLES, 4))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    offsets = np.linalg.solve(factor, sphere.T).T  # V = 1
     allowed, last, worst = 0.5 * (1.0 + target), 0.0, 0.0
     for r in _shells():
         after = stride_map(point + r * offsets, period) - point

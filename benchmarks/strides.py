@@ -1,0 +1,224 @@
+"""What all have to solve, one stride each from scattered starts near a gait, and who solves it:
+this package, scipy's DOP853 and heyoka's Taylor series.
+
+scipy integrates phase by phase with `solve_ivp` and a terminal event; its right-hand side is
+plain Python, or the same function compiled by numba. heyoka makes one compiled integrator for
+each phase, ended by a terminal event (Biscani and Izzo, Revisiting high-order Taylor methods for
+astrodynamics and celestial mechanics, MNRAS 504, 2021).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from benchmarks.equations import (
+    Array,
+    Constants,
+    Equations,
+    clearance,
+    constants,
+    equations,
+    free_accelerations,
+    locked_accelerations,
+)
+from powered_walker_env.model.powering import Control
+from powered_walker_env.model.presets import preset
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation.arguments import TIGHTEST
+from powered_walker_env.simulation.strides import stride, stride_batch
+from powered_walker_env.simulation.threads import at_most, cores
+
+SPREAD = (0.003, 0.003, 0.01, 0.01)  # rad, rad/s: within the basins of the presets
+STARTS = 16  # at which errors are measured
+MANY = 1024  # strides in a batch: enough for every lane of every core, little memory
+SEED = 1997
+LONGEST = 10.0  # s: no stride of the presets lasts longer
+FIRST_EVENT = -1  # heyoka's outcome for its first terminal event
+
+Advance = Callable[[Array], Array]  # (n, 4) post-strike states to the next ones, NaN for a fall
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A walker, its starts, and where they lead."""
+
+    name: str
+    params: WalkerParams
+    control: Control
+    starts: Array  # (MANY, 4) post-strike states
+    ends: Array  # (MANY, 4) the next ones, to rounding: by the package at its tightest
+
+    @property
+    def constants(self) -> Constants:
+        """For the equations of the others."""
+        return constants(self.params, self.control)
+
+    @property
+    def controls(self) -> Array:
+        """(2,) switch angle and stall torque."""
+        return np.array([self.control.switch_angle, self.control.stall_torque])
+
+    def walked(self, states: Array, rtol: float) -> Array:
+        """Where this package's batch leads."""
+        return stride_batch(states, self.controls, self.params, rtol=rtol).state
+
+    def error(self, ends: Array) -> float:
+        """Largest component by which ends of the first starts are off; NaN counts as infinite."""
+        off = np.abs(np.asarray(ends) - self.ends[: len(ends)])
+        return float(np.where(np.isnan(off), np.inf, off).max())
+
+
+def make_problem(name: str) -> Problem:
+    """The problem at a preset.
+
+    Raises:
+        ValueError: no such preset, none with the motor, or the physics of the listing.
+    """
+    params, control, state, _ = preset(name)
+    if type(control) is not Control:
+        raise ValueError(f"preset must be a walker with the motor, got {name!r}")
+    constants(params, control)
+    rng = np.random.default_rng(SEED)
+    starts = np.array(state) + np.array(SPREAD) * rng.uniform(-1, 1, (2 * MANY, 4))
+    ends = Problem(name, params, control, starts, starts).walked(starts, TIGHTEST)
+    rows = np.flatnonzero(np.isfinite(ends).all(axis=1))[:MANY]
+    if len(rows) < MANY:
+        raise ValueError(
+            f"preset must walk from the states around its gait, got {name!r}, "
+            f"where {len(rows)} of {len(starts)} do"
+        )
+    return Problem(name, params, control, starts[rows], np.ascontiguousarray(ends[rows]))
+
+
+class Method(NamedTuple):
+    """A way to walk a stride."""
+
+    name: str
+    make: Callable[[Problem, float], Advance]  # from the problem and rtol
+    batch: int  # strides walked by one timed call
+    every_core: bool = False
+    missing: str = ""  # what to install, if it cannot run
+
+
+def methods() -> list[Method]:
+    """All of them, also those that are not installed; scipy's plain one first."""
+    lacks = "" if importlib.util.find_spec("heyoka") else "not installed: pip install heyoka"
+    return [
+        Method("scipy DOP853, Python", lambda p, rtol: scipy_strides(p, rtol, False), 2),
+        Method("scipy DOP853, numba", lambda p, rtol: scipy_strides(p, rtol, True), 4),
+        Method("heyoka, scalar", taylor_strides, 64, missing=lacks),
+        Method("ours, stride by stride", _one_by_one, 64),
+        Method("ours, a batch", _on_one_core, MANY),
+        Method("ours, a batch, all cores", _on_all_cores, MANY * cores(), every_core=True),
+    ]
+
+
+def _one_by_one(problem: Problem, rtol: float) -> Advance:
+    control, params = problem.control, problem.params
+    return lambda states: np.array(
+        [stride(row, control, params, rtol=rtol).state for row in states.tolist()]
+    )
+
+
+def _on_one_core(problem: Problem, rtol: float) -> Advance:
+    def advance(states: Array) -> Array:
+        with at_most(1):
+            return problem.walked(states, rtol)
+
+    return advance
+
+
+def _on_all_cores(problem: Problem, rtol: float) -> Advance:
+    return lambda states: problem.walked(states, rtol)
+
+
+def scipy_strides(problem: Problem, rtol: float, jitted: bool) -> Advance:
+    """Strides by scipy."""
+    functions = equations(problem.constants, jitted=jitted)
+    return lambda states: np.array(
+        [scipy_stride(functions, problem, row, rtol)[0] for row in states]
+    )
+
+
+def scipy_stride(
+    functions: Equations, problem: Problem, state: Array, rtol: float
+) -> tuple[Array, NDArray[np.int64]]:
+    """One stride by scipy: the next state, and evaluations by phase."""
+    alpha, s, d_alpha, d_beta = state
+    y, t = np.array([alpha, s + np.pi, d_alpha, d_beta]), 0.0
+    evaluations, failed = np.zeros(2, np.int64), np.full(4, np.nan)
+    phases = ((functions.swing, functions.switched), (functions.extension, functions.landed))
+    for phase, (flow, guard) in enumerate(phases):
+        solution = solve_ivp(
+            flow, (t, LONGEST), y, "DOP853", rtol=rtol, atol=rtol, events=_Ending(guard)
+        )
+        evaluations[phase] = solution.nfev
+        if solution.status != 1:
+            return failed, evaluations
+        t, y = float(solution.t[-1]), solution.y[:, -1]
+        if phase == 0:
+            y = np.array([y[0] - problem.constants.lock, y[0], y[1], y[2], y[2], y[3]])
+    ahead = y[1] > y[2] - np.pi  # else the foot scuffed as the legs passed
+    return (functions.strike(y) if ahead else failed), evaluations
+
+
+class _Ending:
+    """A guard as scipy's terminal event, looked for as it falls."""
+
+    terminal, direction = True, -1.0
+
+    def __init__(self, guard: Callable[[float, Array], float]) -> None:
+        self.guard = guard
+
+    def __call__(self, t: float, y: Array) -> float:
+        return self.guard(t, y)
+
+
+def taylor_strides(problem: Problem, rtol: float) -> Advance:
+    """Strides by heyoka, which is needed."""
+    import heyoka as hy
+
+    c = problem.constants
+
+    def turns(*angles: Any) -> tuple[Any, ...]:
+        return tuple(function(angle) for angle in angles for function in (hy.cos, hy.sin))
+
+    def integrator(system: Any, ending: Any) -> Any:
+        event = hy.t_event(ending, direction=hy.event_direction.negative)
+        tol = max(rtol, float(np.finfo(float).eps))
+        return hy.taylor_adaptive(system, [0.0] * len(system), t_events=[event], tol=tol)
+
+    phi, alpha, beta, df, da, db = hy.make_vars("phi", "alpha", "beta", "df", "da", "db")
+    dda, ddb = locked_accelerations(c, turns(alpha - c.lock, alpha, beta), (da, da, db))
+    swing = integrator([(alpha, da), (beta, db), (da, dda), (db, ddb)], beta - alpha - c.switch)
+    free = turns(phi, alpha, beta)
+    ddf, dda, ddb = free_accelerations(c, free, (df, da, db))
+    extension = integrator(
+        [(phi, df), (alpha, da), (beta, db), (df, ddf), (da, dda), (db, ddb)],
+        clearance(c, free, hy.cos(beta - c.lock)),
+    )
+    strike = equations(c, jitted=True).strike
+
+    def ended(phase: Any, start: tuple[float, ...]) -> bool:
+        phase.time, phase.state[:] = 0.0, start
+        phase.reset_cooldowns()  # the event of the last run is not to be remembered
+        return int(phase.propagate_until(LONGEST)[0]) == FIRST_EVENT
+
+    def advance(states: Array) -> Array:
+        ends = np.full_like(states, np.nan)
+        for i, (stance, s, d_stance, d_swing) in enumerate(states.tolist()):
+            if ended(swing, (stance, s + math.pi, d_stance, d_swing)):
+                a, b, rate, swing_rate = swing.state.tolist()
+                if ended(extension, (a - c.lock, a, b, rate, rate, swing_rate)):
+                    ends[i] = strike(extension.state)
+        return ends
+
+    return advance

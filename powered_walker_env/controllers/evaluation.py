@@ -1,0 +1,237 @@
+"""How long controllers walk, on equal disturbances, with confidence intervals.
+
+Episode i of every controller has the same seed, so all meet the same pushes; they differ
+by what they make of them. Strides survived are the measure: a return depends on how much
+an environment pays for merely walking.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from powered_walker_env.controllers.controller import as_controller
+from powered_walker_env.envs.registration import make_walkers
+from powered_walker_env.envs.task import Task
+from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
+from powered_walker_env.envs.walker import PoweredWalkerEnv
+from powered_walker_env.model.phases import Outcome
+
+EPISODE_SEED = 10_000  # of evaluations: the small seeds are those of trainings
+RESAMPLES = 10_000
+METHOD = f"percentile bootstrap over episodes, {RESAMPLES} resamples, 95 %"
+SHARE_METHOD = "Wilson score interval, 95 %"
+WALKED = int(Outcome.WALKED)
+_HARMLESS = (OrderEnforcing, PassiveEnvChecker, TimeLimit)  # wrappers of `gym.make`
+
+
+class Estimate(NamedTuple):
+    """A mean or share with its 95 % confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+
+    def text(self, decimals: int = 1, signed: bool = False) -> str:
+        """As tables print it: `26.1 [23.4, 28.9]`."""
+        sign = "+" if signed else ""
+        low, mean, high = (f"{x:{sign}.{decimals}f}" for x in (self.low, self.mean, self.high))
+        return f"{mean} [{low}, {high}]"
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What became of a controller's episodes, seeded `seed`, `seed + 1`, ..."""
+
+    env_id: str
+    env_kwargs: Mapping[str, Any]
+    disturbance: Mapping[str, float]  # standard deviations by kind, those that are not 0
+    seed: int
+    limit: int  # strides after which an episode is over
+    strides: NDArray[np.int64]  # (episodes,) strides completed
+    returns: NDArray[np.float64]  # (episodes,)
+    outcomes: NDArray[np.int64]  # (episodes,) `Outcome` of the last stride
+
+    @property
+    def mean_strides(self) -> Estimate:
+        """Strides survived, with the interval over episodes."""
+        return mean_estimate(self.strides)
+
+    @property
+    def mean_return(self) -> Estimate:
+        """The return, with the interval over episodes."""
+        return mean_estimate(self.returns)
+
+    @property
+    def survived(self) -> int:
+        """Episodes that lasted to the limit."""
+        return int((self.outcomes == WALKED).sum())
+
+    def ends(self) -> dict[str, int]:
+        """How the episodes ended, by the outcome's label, the most frequent first."""
+        kinds, counts = np.unique(self.outcomes, return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        return {Outcome(int(kinds[i])).label: int(counts[i]) for i in order}
+
+
+def evaluate(
+    controller: Any,
+    env: str | gym.Env[Any, Any],
+    episodes: int = 100,
+    seed: int = EPISODE_SEED,
+    **env_kwargs: Any,
+) -> Evaluation:
+    """Let a controller walk episodes, all at once; episode i has the seed `seed + i`.
+
+    Args:
+        controller: anything with SB3's `predict`, asked for deterministic actions, or a
+            function from (N, 4) observations to (N, k) actions.
+        env: an id of this package, one of your own, or an environment; with the
+            disturbance it is registered with.
+        **env_kwargs: arguments of the environment, with an id.
+
+    Raises:
+        TypeError: no controller.
+        ValueError: an environment that does not exist or is not of this package; actions
+            of a wrong shape or not finite.
+    """
+    asked = as_controller(controller)
+    if not isinstance(episodes, int | np.integer) or episodes < 1:
+        raise ValueError(f"episodes must be a positive integer, got {episodes!r}")
+    envs, name = walkers_of(env, int(episodes), **env_kwargs)
+    limit = envs.max_episode_steps
+    if limit is None:
+        raise ValueError(f"environment {name!r} must have max_episode_steps, or episodes never end")
+    observation, _ = envs.reset(seed=seed)
+    memory, fresh = None, np.ones(episodes, np.bool_)
+    strides, returns = np.zeros(episodes, np.int64), np.zeros(episodes)
+    outcomes = np.full(episodes, WALKED)
+    going = np.ones(episodes, np.bool_)
+    for _ in range(limit):
+        actions, memory = asked.predict(observation, memory, fresh, deterministic=True)
+        # Those that fell are left out: they neither draw nor move.
+        wanted = _checked(actions, envs.action_space.shape)
+        result = envs.walkers.step(wanted, None if going.all() else going)
+        observation = result.observation
+        strides += going & ~result.terminated
+        returns[going] += result.reward[going]
+        outcomes[going] = result.info["outcome"][going]
+        going &= ~result.terminated
+        fresh = np.zeros(episodes, np.bool_)
+        if not going.any():
+            break
+    met = {kind: size for kind, size in dataclasses.asdict(envs.task.disturbance).items() if size}
+    return Evaluation(name, dict(env_kwargs), met, seed, limit, strides, returns, outcomes)
+
+
+def _checked(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
+    checked = np.asarray(actions, np.float64)
+    if checked.shape != shape or not np.isfinite(checked).all():
+        raise ValueError(
+            f"a controller must give {shape} finite actions, got shape {checked.shape}"
+        )
+    return checked
+
+
+def walkers_of(
+    env: str | gym.Env[Any, Any], count: int, **env_kwargs: Any
+) -> tuple[PoweredWalkerVectorEnv, str]:
+    """N walkers of an environment of this package, and its name.
+
+    Args:
+        env: an id, registered with a vector entry point or without, or an environment.
+        count: N.
+        **env_kwargs: arguments of the environment, with an id.
+
+    Raises:
+        ValueError: an unknown id, arguments that it does not take, another package's
+            environment, or one whose class or wrappers change what a step does.
+    """
+    if isinstance(env, str):
+        try:
+            return make_walkers(env, count, **env_kwargs), env
+        except (TypeError, ValueError, ImportError, gym.error.Error) as error:
+            given = env_kwargs or "no arguments"
+            raise ValueError(f"environment {env!r} with {given}: {error}") from error
+    walker, wrapped = env.unwrapped, env
+    name = env.spec.id if env.spec else type(walker).__name__
+    if env_kwargs:
+        raise ValueError(f"arguments go with an id, got an environment and {env_kwargs}")
+    while isinstance(wrapped, gym.Wrapper):
+        if type(wrapped) not in _HARMLESS:
+            raise ValueError(
+                f"env must have no wrapper, got {type(wrapped).__name__} around {name}"
+            )
+        wrapped = wrapped.env
+    if type(walker) is not PoweredWalkerEnv:
+        raise ValueError(f"env must be a PoweredWalkerEnv itself, or the id of one, got {env!r}")
+    # The fields of a task are arguments of an environment with exactly this task.
+    task = {field.name: getattr(walker.task, field.name) for field in dataclasses.fields(Task)}
+    limit = env.spec.max_episode_steps if env.spec else None
+    return PoweredWalkerVectorEnv(count, max_episode_steps=limit, **task), name
+
+
+def task_of(env: str | gym.Env[Any, Any], **env_kwargs: Any) -> Task:
+    """What an environment asks of its walker.
+
+    Raises:
+        ValueError: as `walkers_of`.
+    """
+    return walkers_of(env, 1, **env_kwargs)[0].task
+
+
+def mean_estimate(values: ArrayLike) -> Estimate:
+    """The mean of independent values; the same values give the same interval.
+
+    The bootstrap, since strides are skewed and capped.
+
+    Raises:
+        ValueError: no values, or values that are not finite.
+    """
+    sample = np.asarray(values, np.float64)
+    if sample.ndim != 1 or not sample.size or not np.isfinite(sample).all():
+        raise ValueError(f"values must be a row of finite numbers, got {values!r}")
+    mean = float(sample.mean())
+    if np.ptp(sample) == 0:  # scipy wants two values, and complains of equal ones
+        return Estimate(mean, mean, mean)
+    found = stats.bootstrap(
+        (sample,),
+        np.mean,
+        n_resamples=RESAMPLES,
+        batch=max(1, 2_000_000 // sample.size),
+        method="percentile",
+        random_state=np.random.default_rng(0),
+    ).confidence_interval
+    return Estimate(mean, float(found.low), float(found.high))
+
+
+def share_estimate(count: int, total: int) -> Estimate:
+    """A share; its interval has a width even at none and at all.
+
+    Raises:
+        ValueError: no trials, or more successes than trials.
+    """
+    if not 0 <= count <= total or total < 1:
+        raise ValueError(f"count must lie in [0, {total}] of at least one, got {count}")
+    low, high = stats.binomtest(count, total).proportion_ci(0.95, "wilson")
+    return Estimate(count / total, float(low), float(high))
+
+
+def paired_difference(values: Any, reference: Any) -> Estimate:
+    """The mean of `values − reference`, episode by episode.
+
+    Raises:
+        ValueError: as many values as references are needed.
+    """
+    first, second = np.asarray(values, np.float64), np.asarray(reference, np.float64)
+    if first.shape != second.shape:
+        raise ValueError(f"pairs need as many values, got {first.shape} and {second.shape}")
+    return mean_estimate(first - second)
