@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from powered_walker_env import Control, Outcome, WalkerParams, stride, stride_batch
 from powered_walker_env.model.mechanics.guards import FIRST_FALL
@@ -138,35 +139,58 @@ def test_no_guard_has_been_down_along_a_stride_before_its_end(rtol: float) -> No
     assert seen > 5000
 
 
-#: A start, and a swing leg that only just reaches the horizontal in the middle of the stride.
-GRAZING = WalkerParams(
+#: A walker whose stance leg may fall as its swing leg comes to the horizontal.
+CORNER = WalkerParams(
     foot_length=0.0, foot_radius=0.1, com_along=0.5, leg_inertia=8.0, leg_mass=100.0
 )
 
 
-def outcome_at(rate: float, rtol: float) -> tuple[Outcome, float]:
-    found = stride((-0.1, 0.1, 0.6, rate), None, GRAZING, rtol=rtol)
-    return found.outcome, found.duration
+def at_the_corner(rate: float, rtol: float) -> Outcome:
+    """How the stride ends that begins with this rate of the swing leg backwards."""
+    return stride((-0.1, 0.1, 0.6, rate), None, CORNER, rtol=rtol).outcome
 
 
-def grazing_rate() -> float:
-    """The rate of the swing leg backwards at which it just comes to the horizontal."""
+def corner_rate() -> float:
+    """The rate at which both legs come to the horizontal at once."""
     low, high = 1.0, 20.0
-    assert outcome_at(low, 1e-12)[0] != Outcome.SWING_LEG_HORIZONTAL
-    assert outcome_at(high, 1e-12)[0] == Outcome.SWING_LEG_HORIZONTAL
+    assert at_the_corner(low, 1e-12) == Outcome.FELL_BACKWARD
     for _ in range(60):
         middle = 0.5 * (low + high)
-        fell = outcome_at(middle, 1e-12)[0] == Outcome.SWING_LEG_HORIZONTAL
-        low, high = (low, middle) if fell else (middle, high)
+        first = at_the_corner(middle, 1e-12) == Outcome.SWING_LEG_HORIZONTAL
+        low, high = (low, middle) if first else (middle, high)
     return high
 
 
-def test_a_graze_is_a_fall_on_one_side_of_it_and_none_on_the_other_at_every_tolerance() -> None:
-    """The guard turns inside a step, zero or not by what the tolerance can tell."""
-    rate = grazing_rate()
+def test_of_two_falls_the_first_is_named_up_to_the_corner_where_both_are_at_once() -> None:
+    rate = corner_rate()
     for rtol in TOLERANCES:
         for off in (3.0 * rtol, 30.0 * rtol, 0.03):
-            fell, _ = outcome_at(rate * (1.0 + off), rtol)
-            passed, _ = outcome_at(rate * (1.0 - off), rtol)
-            assert fell == Outcome.SWING_LEG_HORIZONTAL, (rtol, off)
-            assert passed != Outcome.SWING_LEG_HORIZONTAL, (rtol, off)
+            assert at_the_corner(rate * (1.0 + off), rtol) == Outcome.SWING_LEG_HORIZONTAL
+            assert at_the_corner(rate * (1.0 - off), rtol) == Outcome.FELL_BACKWARD
+
+
+#: Its stance leg balances upright, its swing leg is a pendulum: massless feet, g = L = 1.
+PENDULUM = WalkerParams(
+    foot_length=0.0, locked_ankle_angle=math.pi, leg_mass=0.5, leg_inertia=0.0, com_along=1.0,
+    gravity=1.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+def test_a_graze_is_a_fall_on_one_side_of_it_and_none_on_the_other(rtol: float) -> None:
+    """A pendulum comes to the horizontal with the rate √2 at its lowest point, and turns there:
+    the guard falls and rises again inside a step, by what the tolerance can just tell."""
+    graze = math.sqrt(2.0)
+    for off in (30.0 * rtol, 0.03):
+        rate = graze * (1.0 + off)
+        fell = stride((0.0, 0.0, 0.0, rate), None, PENDULUM, rtol=rtol)
+        assert fell.outcome == Outcome.SWING_LEG_HORIZONTAL, off
+        assert -math.cos(sum(fell.final.q)) == pytest.approx(0.0, abs=10.0 * rtol)
+        # t = ∫ ds/s', s'² = rate² − 2(1 − cos s), from s = π/2 − x² where it varies least.
+        time, _ = quad(
+            lambda x, r=rate: 2.0 * x / math.sqrt(r * r - 2.0 + 2.0 * math.sin(x * x)),
+            0.0, math.sqrt(math.pi / 2), epsabs=1e-13,
+        )  # fmt: skip
+        assert fell.duration == pytest.approx(time, abs=100.0 * rtol / math.sqrt(off))
+        passed = stride((0.0, 0.0, 0.0, graze * (1.0 - off)), None, PENDULUM, rtol=rtol)
+        assert passed.outcome == Outcome.NO_LANDING, off
