@@ -316,8 +316,9 @@ def arrive(s, w, stepping, landed, linear):
     here, h, target = mask_of(stepping), load(w.length, 0), load(s.target, 0)
     value, rate = 0.0 * h, 0.0 * h
     for guard in range(1, GUARDS):
-        value = where(target == guard, load(s.value_new, guard), value)
-        rate = where(target == guard, load(s.rate_new, guard), rate)
+        if bits(target == guard):
+            value = where(target == guard, load(s.value_new, guard), value)
+            rate = where(target == guard, load(s.rate_new, guard), rate)
     change = where(rate == 0.0, 0.0, -value / rate)
     tries = load(s.tries, 0) + 1.0
     near = abs(change) < linear * load(s.unit, 0)

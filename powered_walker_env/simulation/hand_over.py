@@ -14,7 +14,7 @@ from powered_walker_env.compiled.decorators import once, rare
 from powered_walker_env.compiled.lanes import LANES, SIZE, blend_state, load_state, mask_of
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
 from powered_walker_env.model.phases import MAX_EXITS, Outcome
-from powered_walker_env.simulation.events import along, over_at_once, watch
+from powered_walker_env.simulation.events import along, over_at_once, watch_here
 from powered_walker_env.simulation.lockstep import (
     enter,
     flow_at,
@@ -82,7 +82,7 @@ def begin_phases(s, w, sums, begun, batch, d):
     blend_state(w.flows, 0, mask, moved)
     pose = pose_here(w)
     going = along(w, pose, moved)
-    watch(s, w, 1, FIRST_FALL, going, mask, s.value, s.rate)
+    watch_here(s, w, 1, FIRST_FALL, going, mask, s.value, s.rate)
     begin_sums(s, w, sums, mask, pose)
     if d.n > 0:
         enter_phases(d, s, w, mask, moved)

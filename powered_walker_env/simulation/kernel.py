@@ -133,8 +133,9 @@ def _commit(s, w, mask, taken):
     blend_state(w.y, 0, mask, load_state(w.y_new, 0))
     blend_state(w.flows, 0, mask, load_state(w.flows, SIZE * STAGES))
     for guard in range(1, FIRST_FALL):
-        blend(s.value, guard, mask, load(s.value_new, guard))
-        blend(s.rate, guard, mask, load(s.rate_new, guard))
+        if bits(load(s.active, guard) > 0.0):
+            blend(s.value, guard, mask, load(s.value_new, guard))
+            blend(s.rate, guard, mask, load(s.rate_new, guard))
     blend(s.t, 0, mask, load(s.t, 0) + taken)
     blend(s.elapsed, 0, mask, 1.0)
     blend(s.fresh, 0, mask, 0.0)

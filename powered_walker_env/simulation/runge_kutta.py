@@ -63,7 +63,10 @@ def tableau(rows: list[NDArray[np.float64]]) -> Tableau:
 #: The rows by which the stages 1 to 11 are reached, then the end of the step.
 ADVANCES = tableau([*DOP853.A[1:STAGES], DOP853.B])
 _FIRST, _STAGE, _WEIGHT = ADVANCES
-_ERROR_FIRST, _ERROR_STAGE, _ERROR_WEIGHT = tableau([DOP853.E5, DOP853.E3])
+#: The two estimates of the error need the same stages.
+_ERROR_STAGE = np.flatnonzero(np.abs(DOP853.E5) + np.abs(DOP853.E3))
+_ERRORS = len(_ERROR_STAGE)
+_WEIGHT_5, _WEIGHT_3 = DOP853.E5[_ERROR_STAGE], DOP853.E3[_ERROR_STAGE]
 
 
 class Workspace(NamedTuple):
@@ -134,8 +137,11 @@ def error_norm(w, tolerance, rate_scale):
     Angles are measured in radians and rates in √(g/L) (`rate_scale`), or by their own
     size where that is larger.
     """
-    e5 = weighted(_ERROR_FIRST, _ERROR_STAGE, _ERROR_WEIGHT, 0, w.flows)
-    e3 = weighted(_ERROR_FIRST, _ERROR_STAGE, _ERROR_WEIGHT, 1, w.flows)
+    start = load_state(w.flows, SIZE * _ERROR_STAGE[0])
+    e5, e3 = scaled(_WEIGHT_5[0], start), scaled(_WEIGHT_3[0], start)
+    for n in range(1, _ERRORS):
+        moved = load_state(w.flows, SIZE * _ERROR_STAGE[n])
+        e5, e3 = plus(e5, _WEIGHT_5[n], moved), plus(e3, _WEIGHT_3[n], moved)
     y, y_new = load_state(w.y, 0), load_state(w.y_new, 0)
     a, b = _shares(_size(y[0], y_new[0], 1.0), _size(y[1], y_new[1], 1.0))
     c, d = _shares(_size(y[2], y_new[2], 1.0), _size(y[3], y_new[3], rate_scale))

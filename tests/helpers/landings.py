@@ -11,12 +11,11 @@ from tests.helpers.derivation import Array
 
 
 def room_ahead(final: Array, params: WalkerParams) -> Array:
-    """The lesser of the angle between the legs, rad, and the distance from foot to foot, over L,
-    of poses (N, 6) of a walker."""
+    """Foot to foot, over L, of poses (N, 6) of a walker; 0 where the legs have not passed."""
     phi, alpha, beta = final[:, 0], final[:, 1], final[:, 2]
     L, D, lock = params.leg_length, params.foot_length, params.locked_ankle_angle
     feet = D * (np.sin(phi) + np.sin(beta - lock)) + L * (np.sin(alpha) + np.sin(beta))
-    return np.minimum(alpha - beta + math.pi, feet / L)
+    return np.where(alpha - beta + math.pi > 0.0, feet / L, 0.0)
 
 
 def together(rtol: float) -> float:

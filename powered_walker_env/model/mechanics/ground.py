@@ -86,5 +86,5 @@ def lands(locked, pose, factor_rate, together, c):
         factor_rate: of `last_factor`, 1/s.
         together: distance from foot to foot, over L, up to which the feet stand together.
     """
-    ahead = (apart(pose) > together) & (swing_foot(pose, c).imag > together * c.L)
+    ahead = (apart(pose) > 0.0) & (swing_foot(pose, c).imag > together * c.L)
     return ahead & (where(factorises(locked, c), factor_rate, -1.0) < 0.0)
