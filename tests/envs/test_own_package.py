@@ -249,7 +249,7 @@ BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "error", "message"), BAD, ids=str)
+@pytest.mark.parametrize(("arguments", "error", "message"), BAD)
 def test_what_cannot_be_made_is_not_registered(
     arguments: dict[str, Any], error: type[Exception], message: str
 ) -> None:
