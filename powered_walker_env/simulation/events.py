@@ -9,121 +9,40 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import internal, once, rare, small
+from powered_walker_env.compiled.decorators import internal, once, rare
 from powered_walker_env.compiled.lanes import (
     LANES,
     bits,
     blend,
     load,
-    load_state,
     mask_of,
     store,
     where,
 )
-from powered_walker_env.model.mechanics.ground import apart, lands, last_factor
+from powered_walker_env.model.mechanics.ground import apart
 from powered_walker_env.model.mechanics.guards import (
     FIRST_FALL,
     LANDING,
     RELEASE,
     nearest_fall,
-    value_of,
 )
 from powered_walker_env.model.mechanics.guards import SWITCH_ANGLE as SWITCH
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.simulation.interpolant import interpolate, look_inside
 from powered_walker_env.simulation.lockstep import (
     GUARDS,
-    flow_at,
-    moving,
-    moving_aims,
-    moving_drive,
-    pose_here,
-    posed,
 )
-from powered_walker_env.simulation.runge_kutta import (
-    chain_duals,
-    chain_lanes,
-    constants_duals,
-    constants_lanes,
+from powered_walker_env.simulation.roots import NOWHERE, cubic_fall, hidden_fall
+from powered_walker_env.simulation.watching import (
+    landing_lanes,
+    still,
+    watch,
+    watch_falls,
+    watch_here,
 )
 
-BISECTIONS = 60  # enough to close any bracket in double precision
-NEWTON_STEPS = 4  # on a cubic, from inside its bracket
 TRIES = 8  # steps towards one event
 EVERY_LANE = (1 << LANES) - 1
-NOWHERE = 2.0  # a fraction of the step past its end
 ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
-
-
-@small
-def still(w):
-    """The walkers' constants, which do not change along a stride, as those of moving poses."""
-    return constants_duals(constants_lanes(w.constants), w.zeros)
-
-
-@small
-def along(w, pose, moved):
-    """A pose with the rates of change as its tangents; moved: the flow of the chain's state."""
-    return moving(pose, moved, load(w.free, 0) > 0.0, 0.0 * moved[0])
-
-
-@internal
-def guard_along(s, w, guard, pose):
-    """A guard's value at a moving pose, its tangent the rate of change."""
-    both = (
-        chain_duals(chain_lanes(w.locked_chain), w.zeros),
-        chain_duals(chain_lanes(w.free_chain), w.zeros),
-    )
-    locked, zero = load(w.free, 0) == 0.0, load(w.zeros, 0)
-    drive, aimed = moving_drive(s, zero), moving_aims(s, zero)
-    return value_of(guard, locked, pose, drive, aimed, both, still(w))
-
-
-@internal
-def watch_here(s, w, first, beyond, pose, mask, values, rates):
-    """Write values and rates of the watched guards from `first` to before `beyond`, at a moving
-    pose, where the mask holds."""
-    for guard in range(first, beyond):
-        if bits(load(s.active, guard) > 0.0):
-            found = guard_along(s, w, guard, pose)
-            blend(values, guard, mask, found.value)
-            blend(rates, guard, mask, found.tangent)
-
-
-@rare
-def watch(s, w, first, beyond, pose, mask, values, rates):
-    """`watch_here` where it is seldom done."""
-    watch_here(s, w, first, beyond, pose, mask, values, rates)
-
-
-@rare
-def watch_falls(s, w, pose, every):
-    """Write values and rates of the guards against falls at both ends of the steps.
-
-    They are seldom wanted: see `nearest_fall`.
-
-    Args:
-        pose: moving, at the ends; every: a mask that holds.
-    """
-    before = along(w, pose_here(w), load_state(w.flows, 0))
-    watch(s, w, FIRST_FALL, GUARDS, before, every, s.value, s.rate)
-    watch(s, w, FIRST_FALL, GUARDS, pose, every, s.value_new, s.rate_new)
-
-
-@internal
-def landing_lanes(w, batch, pose, rate):
-    """Lanes, as bits, in which a touch of the floor at a moving pose is a landing.
-
-    Args:
-        rate: of the clearance's last factor, 1/s.
-    """
-    return bits(lands(load(w.free, 0) == 0.0, pose, rate, batch.together, still(w)))
-
-
-@small
-def factor_rate(w, pose):
-    """The rate of the clearance's last factor at a moving pose, 1/s."""
-    return last_factor(pose, still(w)).tangent
 
 
 @internal
@@ -214,59 +133,6 @@ def _down(s, w, pose):
             fallen = (load(s.active, guard) > 0.0) & (load(s.value, guard) <= 0.0)
             blend(s.ending, 0, fallen & mask_of(down), 1.0 * guard)
     return down
-
-
-@once
-def cubic_fall(value, slope, value_end, slope_end):
-    """Where in (0, 1) the cubic with these ends (slopes per step) falls through zero."""
-    low, high = 0.0 * value, 0.0 * value + 1.0
-    x = value / (value - value_end)
-    a = 2.0 * (value - value_end) + slope + slope_end
-    b = 3.0 * (value_end - value) - 2.0 * slope - slope_end
-    for _ in range(NEWTON_STEPS):
-        here = value + x * (slope + x * (b + x * a))
-        low, high = where(here > 0.0, x, low), where(here > 0.0, high, x)
-        steep = slope + x * (2.0 * b + 3.0 * x * a)
-        x = where(steep < 0.0, x - here / steep, low)
-        x = where((low < x) & (x < high), x, 0.5 * (low + high))
-    return x
-
-
-@internal
-def _guard_inside(s, w, batch, lane, guard, fraction):
-    """Is one lane's guard up, and rising, at a fraction of the step; would it land there?"""
-    y = look_inside(w, fraction + 0.0 * load(w.length, 0))
-    none = 0.0 * y[0]
-    moved = y[3], y[4], y[5], none, none, none
-    if guard == RELEASE:  # the only one that looks at accelerations
-        moved = flow_at(s, w, y)
-    pose = along(w, posed(y, load(w.free, 0) > 0.0, constants_lanes(w.constants)), moved)
-    found = guard_along(s, w, guard, pose)
-    up, rising = bits(found.value > 0.0) >> lane & 1, bits(found.tangent > 0.0) >> lane & 1
-    return up, rising, landing_lanes(w, batch, pose, factor_rate(w, pose)) >> lane & 1
-
-
-@rare
-def hidden_fall(s, w, batch, lane, guard):
-    """Fraction at which a guard falls whose ends only hint at it; NOWHERE if it does not.
-
-    Bisection on the interpolant: for the turn first, then for the fall.
-    """
-    interpolate(s, w)
-    first_rising = 1 if s.rate[guard, lane] > 0.0 else 0
-    low, high, positive, lands_there = 0.0, 1.0, 0, 0
-    for turn in range(2 * BISECTIONS):
-        if turn == BISECTIONS:
-            positive, _, _ = _guard_inside(s, w, batch, lane, guard, high)
-            if (positive == 1) == (s.value[guard, lane] > 0.0):
-                return NOWHERE
-            low, high = (0.0, high) if positive == 0 else (high, 1.0)
-        middle = 0.5 * (low + high)
-        up, rising, _ = _guard_inside(s, w, batch, lane, guard, middle)
-        before = rising == first_rising if turn < BISECTIONS else up == 1
-        low, high = (middle, high) if before else (low, middle)
-    _, _, lands_there = _guard_inside(s, w, batch, lane, guard, high)
-    return NOWHERE if guard == LANDING and lands_there == 0 else high  # scuffing is allowed
 
 
 @rare

@@ -14,7 +14,7 @@ from powered_walker_env.compiled.decorators import once, rare
 from powered_walker_env.compiled.lanes import LANES, SIZE, blend_state, load_state, mask_of
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
 from powered_walker_env.model.phases import MAX_EXITS, Outcome
-from powered_walker_env.simulation.events import along, over_at_once, watch_here
+from powered_walker_env.simulation.events import over_at_once
 from powered_walker_env.simulation.lockstep import (
     enter,
     flow_at,
@@ -23,13 +23,7 @@ from powered_walker_env.simulation.lockstep import (
     rest,
     row_of,
 )
-from powered_walker_env.simulation.record import (
-    begin_sums,
-    clear,
-    end_clearance,
-    write_log,
-    write_row,
-)
+from powered_walker_env.simulation.record import write_log, write_row
 from powered_walker_env.simulation.resets import AFTER, BEFORE, WITH, apply_resets
 from powered_walker_env.simulation.resets import STOP as STOP_RESET
 from powered_walker_env.simulation.runge_kutta import constants_lanes
@@ -39,6 +33,8 @@ from powered_walker_env.simulation.sensitivity import (
     leave_phases,
     write_derivatives,
 )
+from powered_walker_env.simulation.totals import begin_sums, clear, end_clearance
+from powered_walker_env.simulation.watching import along, watch_here
 
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
 STEP_LIMIT = int(Outcome.STEP_LIMIT)

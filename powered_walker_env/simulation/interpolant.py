@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from scipy.integrate import DOP853
 
-from powered_walker_env.compiled.decorators import internal, rare
+from powered_walker_env.compiled.decorators import internal, rare, small
 from powered_walker_env.compiled.lanes import SIZE, load, load_state, plus, scaled, store_state
-from powered_walker_env.simulation.lockstep import flow_at
+from powered_walker_env.simulation.lockstep import constants_lanes, flow_at, posed
 from powered_walker_env.simulation.runge_kutta import (
     EXTRA_STAGES,
     FITTED,
@@ -54,3 +54,10 @@ def look_inside(w, fraction):
         share = fraction if k % 2 == 0 else rest
         value = scaled(share, plus(value, 1.0, load_state(w.terms, SIZE * k)))
     return plus(load_state(w.y, 0), 1.0, value)
+
+
+@small
+def pose_inside(w, fraction):
+    """The pose at fractions of the steps (0 to 1); needs `interpolate`."""
+    y, c = look_inside(w, fraction), constants_lanes(w.constants)
+    return posed(y, load(w.free, 0) > 0.0, c)

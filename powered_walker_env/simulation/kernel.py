@@ -33,16 +33,7 @@ from powered_walker_env.compiled.lanes import (
 )
 from powered_walker_env.model.mechanics.guards import FIRST_FALL
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.simulation.events import (
-    EVERY_LANE,
-    aim,
-    along,
-    arrive,
-    factor_rate,
-    landing_lanes,
-    planned,
-    suspicions,
-)
+from powered_walker_env.simulation.events import EVERY_LANE, aim, arrive, planned, suspicions
 from powered_walker_env.simulation.hand_over import (
     MAX_PHASES,
     NOT_FINITE,
@@ -59,12 +50,7 @@ from powered_walker_env.simulation.lockstep import (
     pose_here,
     posed,
 )
-from powered_walker_env.simulation.record import (
-    TOTALS,
-    add_step,
-    log_step,
-    totals,
-)
+from powered_walker_env.simulation.record import log_step
 from powered_walker_env.simulation.runge_kutta import (
     STAGES,
     WORKSPACE,
@@ -76,6 +62,8 @@ from powered_walker_env.simulation.runge_kutta import (
     workspace,
 )
 from powered_walker_env.simulation.sensitivity import DIRECTION_SIZE, Directions, propagate
+from powered_walker_env.simulation.totals import TOTALS, add_step, totals
+from powered_walker_env.simulation.watching import along, factor_rate, landing_lanes
 
 NO_LANDING = int(Outcome.NO_LANDING)
 

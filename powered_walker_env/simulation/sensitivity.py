@@ -47,7 +47,6 @@ from powered_walker_env.model.mechanics.constants import (
 from powered_walker_env.model.mechanics.ground import travel
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, value_of
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
-from powered_walker_env.simulation.events import along, guard_along
 from powered_walker_env.simulation.lockstep import (
     chained,
     flow_at,
@@ -66,6 +65,7 @@ from powered_walker_env.simulation.runge_kutta import (
     constants_lanes,
     weighted,
 )
+from powered_walker_env.simulation.watching import along, guard_along
 
 OUTPUTS = 6  # what a stride is differentiated of: α, s, α', β' after it, duration, step length
 CHANGES = 6  # of what besides the walker: post-strike state (4), switch angle, strength

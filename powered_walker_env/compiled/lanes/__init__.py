@@ -12,11 +12,12 @@ walks the same walk, bit for bit, in any lane of any batch. Products and sums ma
 fused (`contract`), in all lanes alike.
 """
 
+from powered_walker_env.compiled.lanes import arithmetic as arithmetic  # gives them + - * /
 from powered_walker_env.compiled.lanes import (
     trigonometry as trigonometry,  # gives them sine and cosine
 )
-from powered_walker_env.compiled.lanes.arithmetic import at_lane_0, bits, dual, mask_of, where
 from powered_walker_env.compiled.lanes.kinds import LANES, Dual, DualPlane, Lanes, Mask, Plane
+from powered_walker_env.compiled.lanes.selection import at_lane_0, bits, dual, mask_of, where
 from powered_walker_env.compiled.lanes.states import (
     SIZE,
     blend_state,

@@ -14,7 +14,6 @@ from numba.core import types
 from numba.extending import intrinsic, overload
 
 from powered_walker_env.compiled.decorators import internal
-from powered_walker_env.compiled.lanes.arithmetic import dual, where
 from powered_walker_env.compiled.lanes.kinds import (
     FLOATS,
     INTS,
@@ -23,6 +22,7 @@ from powered_walker_env.compiled.lanes.kinds import (
     Mask,
     constant,
 )
+from powered_walker_env.compiled.lanes.selection import dual, where
 
 # π/2 in three parts; the first two have 33 bits, so that a hundred thousand times they are exact.
 _QUARTER, _QUARTER_2, _QUARTER_3 = (
