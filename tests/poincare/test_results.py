@@ -141,10 +141,6 @@ def test_a_policy_comes_back_as_its_name_and_says_so(tmp_path: Path) -> None:
     [object(), {1, 2}, np.array([None]), (Path("x"),)],
     ids=["object", "set", "array", "tuple"],
 )
-    "value",
-    [object(), {1, 2}, np.array([None]), (Path("x"),)],
-    ids=["object", "set", "array", "tuple"],
-)
 def test_what_cannot_be_saved_is_named_and_leaves_no_file(value: Any, tmp_path: Path) -> None:
     with pytest.raises(TypeError, match=r"cannot be saved|must be an array of numbers"):
         save_result(value, tmp_path / "x.npz")
