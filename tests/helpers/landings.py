@@ -20,7 +20,7 @@ def room_ahead(final: Array, params: WalkerParams) -> Array:
 
 def together(rtol: float) -> float:
     """Up to which room ahead a touch of the floor is no landing."""
-    return min(1e-3, math.sqrt(rtol))
+    return min(1e-4, math.sqrt(rtol))
 
 
 def clear_of_together(final: Array, params: WalkerParams, rtol: float) -> Array:

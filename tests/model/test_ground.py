@@ -24,7 +24,7 @@ from tests.helpers.samples import (
 )
 
 FREE, LOCKED = False, True  # the ankle
-TOGETHER = 1e-3
+TOGETHER = 1e-4
 
 
 def last_factor(y: Array, params: object) -> float:
@@ -149,7 +149,7 @@ def test_a_foot_lands_ahead_of_the_other_and_not_beside_it() -> None:
         y[2] += rng.choice([0.0, 1.0]) * rng.uniform(-2e-3, 2e-3)
         at = pose(y)
         ahead, angle = ground.swing_foot(at, c).imag / L, y[1] - y[2] + math.pi
-        expected = ahead > TOGETHER and angle > TOGETHER
+        expected = ahead > TOGETHER and angle > 0.0
         assert ground.lands(FREE, at, -1.0, TOGETHER, c) == expected
         # With a free ankle the last factor is no factor, and its rate is not asked.
         assert ground.lands(FREE, at, 1.0, TOGETHER, c) == expected
