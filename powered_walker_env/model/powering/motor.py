@@ -55,7 +55,7 @@ class Control:
     """
 
     switch_angle: float = quantity("q3", "rad", "hip angle at which the motor starts", HIP_ANGLE)
-    stall_torque: float = quantity("T", "N m", "torque of the ankle motor at rest", NOT_NEGATIVE)
+    stall_torque: float = quantity("T", "N m", "stall torque of the ankle motor", NOT_NEGATIVE)
 
     def __post_init__(self) -> None:
         check_numbers(self)
