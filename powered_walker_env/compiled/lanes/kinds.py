@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import types
 from numba.extending import models, register_model
 
 LANES = 8  # one AVX-512 register; narrower machines take two or four
@@ -100,8 +100,8 @@ def number_of(context, builder, numba_type, value):
     if numba_type == Lanes:
         return Number(value)
     if numba_type in MEMBERS:
-        held = cgutils.create_struct_proxy(numba_type)(context, builder, value=value)
-        return Number(**{name: getattr(held, name) for name in MEMBERS[numba_type]})
+        parts = (builder.extract_value(value, i) for i in range(len(MEMBERS[numba_type])))
+        return Number(**dict(zip(MEMBERS[numba_type], parts, strict=True)))
     if isinstance(numba_type, types.Complex):
         pair = context.make_complex(builder, numba_type, value=value)
         return Number(splat(builder, pair.real), splat(builder, pair.imag))
@@ -112,11 +112,11 @@ def value_of(context, builder, numba_type, number):
     """The value of a type with these vectors; parts that it lacks are zero."""
     if numba_type == Lanes:
         return number.real
-    made = cgutils.create_struct_proxy(numba_type)(context, builder)
-    for name in MEMBERS[numba_type]:
+    made = ir.Constant(context.get_value_type(numba_type), ir.Undefined)
+    for i, name in enumerate(MEMBERS[numba_type]):
         part = getattr(number, name)
-        setattr(made, name, constant(0.0) if part is None else part)
-    return made._getvalue()
+        made = builder.insert_value(made, constant(0.0) if part is None else part, i)
+    return made
 
 
 def is_number(numba_type):

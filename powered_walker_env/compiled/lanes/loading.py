@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import types
 from numba.extending import intrinsic
 
 from powered_walker_env.compiled.lanes.kinds import (
@@ -18,7 +18,7 @@ from powered_walker_env.compiled.lanes.kinds import (
     number_of,
     value_of,
 )
-from powered_walker_env.compiled.lanes.tables import TABLE, row_pointer
+from powered_walker_env.compiled.lanes.tables import TABLE, row_pointer, table_at
 
 _I64 = ir.IntType(64)
 
@@ -42,14 +42,11 @@ def view_of(layout):
         result = types.NamedTuple([TABLE] * len(layout.places), layout.record)
 
         def code(context, builder, signature, args):
-            whole = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
+            data, columns = (builder.extract_value(args[0], i) for i in range(2))
             tables = []
             for place in layout.places.values():
-                start = builder.mul(whole.columns, _I64(place.first))
-                part = cgutils.create_struct_proxy(TABLE)(context, builder)
-                part.data = builder.gep(whole.data, [start])
-                part.columns = whole.columns
-                tables.append(part._getvalue())
+                start = builder.mul(columns, _I64(place.first))
+                tables.append(table_at(context, builder, builder.gep(data, [start]), columns))
             return context.make_tuple(builder, result, tables)
 
         return result(TABLE), code
@@ -111,11 +108,11 @@ def lane_of(layout):
         result = _typed(layout, kinds)
 
         def code(context, builder, signature, args):
-            whole = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
+            data, columns = (builder.extract_value(args[0], i) for i in range(2))
 
             def number(row):
-                start = builder.add(builder.mul(whole.columns, _I64(row)), args[1])
-                return builder.load(builder.gep(whole.data, [start]))
+                start = builder.add(builder.mul(columns, _I64(row)), args[1])
+                return builder.load(builder.gep(data, [start]))
 
             values = []
             for place in layout.places.values():

@@ -40,10 +40,10 @@ class _TableModel(models.StructModel):
         super().__init__(manager, numba_type, [("data", _POINTER), ("columns", types.intp)])
 
 
-def _table(context, builder, data, columns):
-    made = cgutils.create_struct_proxy(TABLE)(context, builder)
-    made.data, made.columns = data, columns
-    return made._getvalue()
+def table_at(context, builder, data, columns):
+    """The table that begins at a pointer."""
+    made = ir.Constant(context.get_value_type(TABLE), ir.Undefined)
+    return builder.insert_value(builder.insert_value(made, data, 0), columns, 1)
 
 
 def _check_layout(array):
@@ -68,7 +68,7 @@ def table(typing_context, array):
         columns = ir.IntType(64)(1)
         if kind.ndim == 2:
             columns = builder.extract_value(made.shape, 1)
-        return _table(context, builder, made.data, columns)
+        return table_at(context, builder, made.data, columns)
 
     return TABLE(array), code
 
@@ -84,15 +84,14 @@ def eights(typing_context, array):
         address = builder.ptrtoint(data, ir.IntType(64))
         room = ir.IntType(64)(ALIGNMENT - 1)
         start = builder.and_(builder.add(address, room), builder.not_(room))
-        return _table(context, builder, builder.inttoptr(start, data.type), ir.IntType(64)(LANES))
+        return table_at(context, builder, builder.inttoptr(start, data.type), ir.IntType(64)(LANES))
 
     return TABLE(array), code
 
 
 def _entry(context, builder, kind, value, row, column):
-    made = cgutils.create_struct_proxy(TABLE)(context, builder, value=value)
-    place = builder.add(builder.mul(row, made.columns), column)
-    return builder.gep(made.data, [place])
+    place = builder.add(builder.mul(row, builder.extract_value(value, 1)), column)
+    return builder.gep(builder.extract_value(value, 0), [place])
 
 
 @intrinsic
@@ -100,9 +99,8 @@ def rows_from(typing_context, rows, first):
     """The same table from a later row on."""
 
     def code(context, builder, signature, args):
-        made = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
         place = _entry(context, builder, TABLE, args[0], args[1], ir.IntType(64)(0))
-        return _table(context, builder, place, made.columns)
+        return table_at(context, builder, place, builder.extract_value(args[0], 1))
 
     return TABLE(TABLE, types.intp), code
 
@@ -144,9 +142,9 @@ def _setitem(context, builder, signature, args):
 
 def row_pointer(context, builder, rows, row):
     """Where a row of lanes begins."""
-    data = cgutils.create_struct_proxy(TABLE)(context, builder, value=rows).data
     start = builder.mul(row, ir.IntType(64)(LANES))
-    return builder.bitcast(builder.gep(data, [start]), FLOATS.as_pointer())
+    place = builder.gep(builder.extract_value(rows, 0), [start])
+    return builder.bitcast(place, FLOATS.as_pointer())
 
 
 @intrinsic
