@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from llvmlite import ir
 from numba.core import types
-from numba.extending import intrinsic
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import intrinsic, models, register_model
 
 from powered_walker_env.compiled.lanes.kinds import (
     ALIGNMENT,
@@ -36,18 +38,48 @@ def _truth(builder, vector):
     return builder.fcmp_ordered(">", vector, constant(0.0))
 
 
+class _View(types.Type):
+    """A record of tables: where it begins, and nothing else, however many tables it has.
+
+    Handed from function to function as so many tables, a record of forty would be eighty
+    arguments.
+    """
+
+    def __init__(self, layout):
+        self.layout = layout
+        super().__init__(name=f"View({layout.record.__module__}.{layout.record.__qualname__})")
+
+
+@register_model(_View)
+class _ViewModel(models.StructModel):
+    def __init__(self, manager, numba_type):
+        super().__init__(manager, numba_type, [("whole", TABLE)])
+
+
+@infer_getattr
+class _ViewAttributes(AttributeTemplate):
+    key = _View
+
+    def generic_resolve(self, view, name):
+        return TABLE if name in view.layout.places else None
+
+
+@lower_getattr_generic(_View)
+def _field(context, builder, view, value, name):
+    whole = builder.extract_value(value, 0)
+    data, columns = (builder.extract_value(whole, i) for i in range(2))
+    start = builder.mul(columns, _I64(view.layout.places[name].first))
+    return table_at(context, builder, builder.gep(data, [start]), columns)
+
+
 def view_of(layout):
+    result = _View(layout)
+
     @intrinsic
     def view(typing_context, table):
-        result = types.NamedTuple([TABLE] * len(layout.places), layout.record)
-
         def code(context, builder, signature, args):
-            data, columns = (builder.extract_value(args[0], i) for i in range(2))
-            tables = []
-            for place in layout.places.values():
-                start = builder.mul(columns, _I64(place.first))
-                tables.append(table_at(context, builder, builder.gep(data, [start]), columns))
-            return context.make_tuple(builder, result, tables)
+            empty = ir.Constant(context.get_value_type(result), ir.Undefined)
+            return builder.insert_value(empty, args[0], 0)
 
         return result(TABLE), code
 
