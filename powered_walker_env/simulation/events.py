@@ -9,7 +9,7 @@ linear to the accuracy asked for.
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import internal, once, rare
+from powered_walker_env.compiled.decorators import once, rare
 from powered_walker_env.compiled.lanes import (
     LANES,
     bits,
@@ -45,7 +45,7 @@ EVERY_LANE = (1 << LANES) - 1
 ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
 
 
-@internal
+@once
 def may_fall_through(value, rate, value_end, rate_end, h):
     """Whether a guard, smooth between the ends, can go from positive to not positive.
 

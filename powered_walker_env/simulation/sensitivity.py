@@ -128,7 +128,7 @@ def begin(d, s, lane, row, new):
         e.struck[5, lane] = changes[k, 3]
 
 
-@internal
+@once
 def _copy_walker(d, e, lane, row):
     """Write the changes of a walker's constants and chains into a lane."""
     for i in range(CONSTANTS_SIZE):
@@ -157,7 +157,7 @@ def _change(d, k, s, column):
     return d.changes[k, column] + 0.0 * load(s.t, 0)
 
 
-@internal
+@once
 def _torque_changes(y, t, drive, chain, c, dchain, moving):
     """Changes of the torques at the ankle and the hip; `moving`: the constants with theirs."""
     u2 = dual(chain.ankle * (y[4] - y[3]), chain.ankle * (t[4] - t[3]))
@@ -223,7 +223,7 @@ def _event_shift(d, k, s, w, target, rates, pose, c):
     return dt
 
 
-@internal
+@once
 def _rates(s, w, pose, target):
     """Rates of the guards that have ended the phases, ġ."""
     rates = 0.0 * target + 1.0

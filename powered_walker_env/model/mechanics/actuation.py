@@ -44,7 +44,7 @@ def ankle_torque(u2, acting, c):
     return where(line > -limit, line, -limit)
 
 
-@formula
+@small
 def power(pose, acting, c):
     """Power that the torques put into the walker, W: −τ u2 and, at the hip, τ(β' − α')."""
     u2 = pose.dalpha - pose.dphi

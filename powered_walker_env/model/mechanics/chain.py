@@ -96,7 +96,7 @@ def couplings(z1, z2, z3, chain, c):
     return Couplings(u1, u2, u3, coupled(P1, u2), coupled(P1, u3), coupled(P2, u3))
 
 
-@formula
+@small
 def mass_matrix(at, chain, c):
     """The mass matrix from the couplings."""
     return Mass(
@@ -184,7 +184,7 @@ def kinetic_energy(pose, free, c):
     return 0.5 * (p1 * pose.dphi + p2 * pose.dalpha + c.reaction * p3 * pose.dbeta)
 
 
-@formula
+@small
 def potential_energy(pose, free, c):
     """Σ m⟨g, r⟩ and the hip spring's, J; r from where the contact point is at φ = 0."""
     moment = free.moment1 * pose.foot + free.moment2 * pose.stance
@@ -195,7 +195,7 @@ def potential_energy(pose, free, c):
     return inner(c.g, rolled + moment) + c.reaction * spring
 
 
-@formula
+@small
 def energy(pose, free, c):
     """Mechanical energy of the walker, J."""
     return kinetic_energy(pose, free, c) + potential_energy(pose, free, c)

@@ -13,7 +13,7 @@ from powered_walker_env.compiled.lanes import unit, where
 FLAT = 1e-12  # a ground step below this fraction of the leg is rounding: the floor is flat
 
 
-@formula
+@small
 def swing_foot(pose, c):
     """Centre of the swing foot from the centre of the stance foot, m (up + i·forward).
 

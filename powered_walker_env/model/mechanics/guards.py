@@ -90,7 +90,7 @@ def hip_up(pose, c):
     return where(c.R + c.D > 0.0, height, 1.0 + 0.0 * height)
 
 
-@formula
+@small
 def foot_up(pose):
     """How far a free foot is from having turned over.
 
@@ -147,7 +147,7 @@ def value_of(guard, locked, pose, acting, aims, chains, c):
     return fall_value(guard, locked, pose, c)
 
 
-@formula
+@small
 def fall_outcome(guard, stance, foot):
     """How a stride has ended that a fall's guard ended, from the sines of α and φ."""
     if guard == STANCE_LEG_DOWN:

@@ -21,7 +21,7 @@ from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.mechanics.locking import rates_of
 
 
-@formula
+@small
 def new_contact(pose, c):
     """The new contact point from the old one, m (up + i·forward)."""
     departure = where(c.as_published, 2.0 * c.L * pose.swing.imag, 0.0)  # the first
@@ -78,7 +78,7 @@ def land(pose, walker, trailing_leg, free, c):
     )  # fmt: skip
 
 
-@formula
+@small
 def heel_strike(pose, free, c):
     """The pose just after the strike, from the one just before."""
     walker, trailing_leg = momenta_before(pose, c)

@@ -12,19 +12,19 @@ v the velocity of the trailing foot's contact point, J does ½⟨J, v⁻ + v⁺�
 
 from __future__ import annotations
 
-from powered_walker_env.compiled.decorators import formula
+from powered_walker_env.compiled.decorators import formula, small
 from powered_walker_env.model.mechanics.chain import cross, inner
 from powered_walker_env.model.mechanics.heel_strike import land, momenta_before, new_contact
 
 
-@formula
+@small
 def _arms(pose, c):
     """From the contact point to the stance ankle and the hip, m."""
     P = c.D * pose.foot + c.R
     return P, P + c.L * pose.stance
 
 
-@formula
+@small
 def push_moments(pose, impulse, c):
     """Moments of the impulse about the new contact and about the hip, kg m²/s."""
     _, hip = _arms(pose, c)
@@ -40,7 +40,7 @@ def push_off(pose, impulse, free, c):
     return land(pose, walker + about_contact, trailing_leg + about_hip, free, c)
 
 
-@formula
+@small
 def _along_push(pose, struck, c):
     """Velocity of the trailing foot's contact point along the trailing leg, m/s, in the pose
     after a strike; `pose` is the one before."""
@@ -50,19 +50,19 @@ def _along_push(pose, struck, c):
     return -cross(pose.stance, turning - hip * struck.dbeta)
 
 
-@formula
+@small
 def work_with(pose, impulse, struck, c):
     """Work of a push that comes with the strike, J; `struck` is the pose after both."""
     return 0.5 * impulse * _along_push(pose, struck, c)
 
 
-@formula
+@small
 def work_after(pose, impulse, unpushed, struck, c):
     """Work of a push that comes after the strike, J; `unpushed` is the pose between."""
     return 0.5 * impulse * (_along_push(pose, unpushed, c) + _along_push(pose, struck, c))
 
 
-@formula
+@small
 def work_before(pose, impulse, c):
     """Work of a push that comes before the strike, J: the walker is free in the air.
 
