@@ -102,19 +102,24 @@ def _abandon(status: int) -> int:
 @contextlib.contextmanager
 def _stoppable() -> Iterator[None]:
     """Ctrl-C and SIGTERM stop the command; a second one ends everything at once."""
-    stopping = False
+    stopped: _Stopped | None = None
 
     def stop(number: int, frame: Any) -> None:
-        nonlocal stopping
-        if stopping:
+        nonlocal stopped
+        if stopped:
             for worker in multiprocessing.active_children():
                 worker.kill()
             os._exit(BY_SIGNAL + number)
-        stopping = True
-        raise _Stopped(number)
+        stopped = _Stopped(number)
+        raise stopped
 
     with stop_signals(stop):
-        yield
+        try:
+            yield
+        except Exception as error:
+            if stopped:  # what broke while things were put away is no fault of the user's
+                raise stopped from error
+            raise
 
 
 def say_anything() -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import io
 import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,7 +16,7 @@ import pytest
 
 from powered_walker_env.cli import main, walking
 from powered_walker_env.cli.output import Report
-from powered_walker_env.cli.running import FAULT, PIPE_CLOSED, USER_ERROR
+from powered_walker_env.cli.running import FAULT, PIPE_CLOSED, USER_ERROR, run_command
 
 CODE = "import sys; from powered_walker_env.cli import main; sys.exit(main())"
 COMMANDS = ("walk", "gait", "presets", "branch", "bifurcation", "boundary", "basin", "energetics",
@@ -279,3 +281,18 @@ main(["walk"])
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=30) == 128 + signal.SIGINT
     process.stdout.close()
+
+
+def test_what_breaks_while_a_stopped_command_puts_away_is_the_stop(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def command(_: argparse.Namespace) -> Report:
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(10.0)
+        finally:
+            raise OSError("a worker was gone already")
+
+    options = argparse.Namespace(out=None, overwrite=False, json=False)
+    assert run_command(command, options) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "powered-walker: terminated\n"
