@@ -5,7 +5,8 @@ section 3). It is a list of phases; each says which joints are free, which torqu
 acts, and how it can end: a guard (an event), the reset applied there, and what
 follows (another phase by name, or the outcome of the stride). A different walker is
 another list (`powering/` has one in each module), not another simulator: the compiled
-kernel (`simulation/kernel.py`) takes the encoded list as an argument.
+kernel (`simulation/kernel.py`) takes the encoded list as an argument. A walker with knees
+begins in the same phases with its swing knee free (`knees.py`).
 
 "Stride" means one step of one leg, as in McGeer and Camp; in biomechanics a stride
 is two steps.
@@ -13,7 +14,6 @@ is two steps.
 
 from __future__ import annotations
 
-import functools
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ class Joints(IntEnum):
 
     ANKLE_LOCKED = 0
     ANKLE_FREE = 1
+    KNEE_FREE = 2  # of the swing leg; the ankle is locked
 
 
 class Torque(IntEnum):
@@ -44,10 +45,11 @@ class Guard(IntEnum):
     LANDING = 2  # the swing foot meets the ground ahead
     STOP = 3  # the ankle flexes back to its stop
     RELEASE = 4  # the stop has nothing to hold any more
-    STANCE_LEG_DOWN = 5  # a fall, as those that follow
-    SWING_LEG_DOWN = 6
-    HIP_DOWN = 7
-    FOOT_TURNED = 8
+    KNEE_STRIKE = 5  # the shank catches up with the thigh
+    STANCE_LEG_DOWN = 6  # a fall, as those that follow
+    SWING_LEG_DOWN = 7
+    HIP_DOWN = 8
+    FOOT_TURNED = 9
 
 
 class Reset(IntEnum):
@@ -59,6 +61,7 @@ class Reset(IntEnum):
     PUSH_WITH = 3  # both at once
     PUSH_AFTER = 4  # the heel strike, then the impulse
     STOP = 5  # the ankle is caught by its stop
+    KNEE_STRIKE = 6  # the knee is caught straight
 
 
 class Outcome(IntEnum):
@@ -76,6 +79,11 @@ class Outcome(IntEnum):
     NOT_FINITE = 9
     STEP_LIMIT = 10
     ALREADY_LANDED = 11
+    KNEE_STAYED_STRAIGHT = 12
+    NO_KNEE_STRIKE = 13
+    KNEE_FOLDED = 14
+    LANDED_ON_BENT_KNEE = 15
+    MOTOR_BEFORE_KNEE_STRIKE = 16
 
     @property
     def description(self) -> str:
@@ -108,6 +116,15 @@ _DESCRIPTIONS = {
     "tolerance; loosen rtol or look at the parameters.",
     Outcome.ALREADY_LANDED: "The stride began with the swing foot on the ground ahead; start with "
     "the swing foot behind, or above the ground.",
+    Outcome.KNEE_STAYED_STRAIGHT: "The shank pressed on its stop as the swing began, so that the "
+    "knee had no way to bend; a lighter shank or a slower swing leg bends it.",
+    Outcome.NO_KNEE_STRIKE: "The shank did not catch up with the thigh within 20 sqrt(L/g).",
+    Outcome.KNEE_FOLDED: "The shank folded up against the thigh before it could catch up with it.",
+    Outcome.LANDED_ON_BENT_KNEE: "The swing foot landed before the shank had caught up with the "
+    "thigh; a lighter or shorter shank swings faster.",
+    Outcome.MOTOR_BEFORE_KNEE_STRIKE: "The hip reached the switch angle before the shank had "
+    "caught up with the thigh: this motor works on a straight-legged walker; lower "
+    "switch_angle so that it starts later.",
 }
 
 
@@ -130,15 +147,20 @@ class Phase(NamedTuple):
 
 Cycle = tuple[Phase, ...]
 
-MAX_EXITS = 2  # exits of one phase; the encoding pads shorter lists with Guard.NEVER
+MAX_EXITS = 3  # exits of one phase; the encoding pads shorter lists with Guard.NEVER
+#: Columns of an encoded phase: joints, torque, where a walker with knees begins instead, and
+#: from here on guard, reset and target of each exit.
+JOINTS, TORQUE, BENT, EXITS = range(4)
 
 
-@functools.cache
-def encode(cycle: Cycle) -> NDArray[np.float64]:
+def code_of(cycle: Cycle, bent: dict[str, str]) -> NDArray[np.float64]:
     """The list as numbers for the kernel, one row a phase; not to be written to.
 
-    A row is (joints, torque, guard, reset, to, guard, reset, to, ...), where `to` is the
+    A row is (joints, torque, bent, guard, reset, to, guard, reset, to, ...), where `to` is the
     index of the next phase, or −1 − outcome.
+
+    Args:
+        bent: name of the phase that a walker with knees is in instead, for those that have one.
 
     Raises:
         ValueError: a phase has too many exits or names a phase that is not in the list.
@@ -146,18 +168,19 @@ def encode(cycle: Cycle) -> NDArray[np.float64]:
     names = [phase.name for phase in cycle]
     if len(set(names)) != len(names):
         raise ValueError(f"the phases of a cycle need different names, got {names}")
-    code = np.array([_encode_phase(phase, names) for phase in cycle], dtype=np.float64)
+    rows = [_encode_phase(phase, bent.get(phase.name, phase.name), names) for phase in cycle]
+    code = np.array(rows, dtype=np.float64)
     code.setflags(write=False)
     return code
 
 
-def _encode_phase(phase: Phase, names: list[str]) -> tuple[int, ...]:
+def _encode_phase(phase: Phase, bent: str, names: list[str]) -> tuple[int, ...]:
     if not 1 <= len(phase.exits) <= MAX_EXITS:
         raise ValueError(
             f"phase {phase.name!r} must have 1 to {MAX_EXITS} exits, got {len(phase.exits)}; "
             "raise MAX_EXITS for more"
         )
-    codes = [int(phase.joints), int(phase.torque)]
+    codes = [int(phase.joints), int(phase.torque), names.index(bent)]
     for guard, reset, to in phase.exits:
         codes += [int(guard), int(reset), _encode_target(to, names)]
     padding = [int(Guard.NEVER), int(Reset.CONTINUE), -1 - int(Outcome.STEP_LIMIT)]

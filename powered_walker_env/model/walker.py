@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from powered_walker_env.model.checks import real_number, require
+from powered_walker_env.model.knee import Knee, thigh_of
 from powered_walker_env.model.quantities import (
     ANKLE_ANGLE,
     ANY,
@@ -21,6 +22,7 @@ from powered_walker_env.model.quantities import (
     SLOPE,
     check_numbers,
     documented,
+    quantities,
     quantity,
 )
 
@@ -39,6 +41,8 @@ class WalkerParams:
     A leg whose whole mass is at the hip (no inertia, `com_along` = L, `com_across` = 0)
     swings as if a vanishing mass were at its ankle: the simplest walker of Garcia et al.
     (1998), exactly. Its `hip_stiffness` is per unit of that mass.
+
+    With a `knee` the leg is split into thigh and shank; its numbers are those of the straight leg.
 
     Raises:
         ValueError: a field outside its domain; the message names field, need and value.
@@ -77,9 +81,14 @@ class WalkerParams:
         "τ_max", "N m", "limit of the ankle motor's torque, 0 for none", NOT_NEGATIVE, 0.0
     )
     physics: str = CONSERVING  # "conserving" (the text) or "as_published" (the listing)
+    knee: Knee | None = None  # how the leg is split at a knee; None: a straight leg
 
     def __post_init__(self) -> None:
         check_numbers(self)
+        if self.knee is not None:
+            if not isinstance(self.knee, Knee):
+                raise TypeError(f"knee must be a Knee or None, got {self.knee!r}")
+            thigh_of(self)
         require(
             self.physics in (CONSERVING, AS_PUBLISHED),
             "physics",
@@ -94,18 +103,28 @@ class WalkerParams:
         return at_hip and self.leg_inertia == 0
 
     def replace(self, **changes: Any) -> WalkerParams:
-        """The same walker with some fields changed (and checked).
+        """The same walker with some fields changed (and checked), those of its knee included.
 
         Raises:
             TypeError: a field that does not exist, named with those that do.
-            ValueError: a field outside its domain.
+            ValueError: a field outside its domain; one of the knee of a walker that has none.
         """
+        of_knee = {name: changes.pop(name) for name in quantities(Knee) if name in changes}
         self._reject_unknown(changes)
+        if of_knee:
+            knee = changes.get("knee", self.knee)
+            if knee is None:
+                raise ValueError(
+                    f"{next(iter(of_knee))} must be of a walker with knees; this one has none: "
+                    "give knee=Knee(...)"
+                )
+            changes["knee"] = dataclasses.replace(knee, **of_knee)
         return dataclasses.replace(self, **changes)
 
     def to_dict(self) -> dict[str, Any]:
-        """The fields by name: plain numbers and strings, ready for JSON."""
-        return dataclasses.asdict(self)
+        """The fields by name: plain numbers and strings, ready for JSON; no knee is left out."""
+        fields = dataclasses.asdict(self)
+        return fields if self.knee else {k: v for k, v in fields.items() if k != "knee"}
 
     @classmethod
     def from_dict(cls, fields: dict[str, Any]) -> WalkerParams:
@@ -117,6 +136,9 @@ class WalkerParams:
         if not isinstance(fields, dict):
             raise TypeError(f"params must be a mapping of field to value, got {fields!r}")
         cls._reject_unknown(fields)
+        knee = fields.get("knee")
+        if isinstance(knee, dict):
+            fields = {**fields, "knee": Knee(**knee)}
         return cls(**fields)
 
     def to_json(self) -> str:

@@ -22,15 +22,14 @@ from powered_walker_env.compiled.lanes import (
 from powered_walker_env.model.mechanics.ground import apart
 from powered_walker_env.model.mechanics.guards import (
     FIRST_FALL,
+    KNEE_STRIKE,
     LANDING,
     RELEASE,
     nearest_fall,
 )
 from powered_walker_env.model.mechanics.guards import SWITCH_ANGLE as SWITCH
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.simulation.lockstep import (
-    GUARDS,
-)
+from powered_walker_env.simulation.lockstep import GUARDS, held
 from powered_walker_env.simulation.roots import NOWHERE, cubic_fall, hidden_fall
 from powered_walker_env.simulation.watching import (
     landing_lanes,
@@ -43,6 +42,8 @@ from powered_walker_env.simulation.watching import (
 TRIES = 8  # steps towards one event
 EVERY_LANE = (1 << LANES) - 1
 ALREADY_LANDED = int(Outcome.ALREADY_LANDED)
+KNEE_STAYED_STRAIGHT = int(Outcome.KNEE_STAYED_STRAIGHT)
+SMALLEST = 1e-300  # the least that a guard can be up
 
 
 @once
@@ -70,7 +71,7 @@ def suspicions(s, w, pose, pose_new, good):
     h, target = load(w.length, 0), load(s.target, 0)
     watch_here(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
     found, beyond = 0, FIRST_FALL
-    near = nearest_fall(load(w.free, 0) == 0.0, pose_new, h, still(w))
+    near = nearest_fall(held(w), pose_new, h, still(w))
     if (~bits(near > 0.0) & good) | bits(target >= FIRST_FALL):  # those stepped onto, too
         watch_falls(s, w, pose_new, h == h)
         beyond = GUARDS
@@ -101,7 +102,7 @@ def over_at_once(s, w, batch, pose):
     A hip already past the switch and closing starts the motor at once, a stop with
     nothing to hold lets go at once, and a walker that is already down has fallen. A
     landing must be a fall through the floor, and a stop be met: a swing foot that is on the
-    ground ahead before the stride begins is no landing.
+    ground ahead before the stride begins is no landing. A straight knee must begin to bend.
 
     Args:
         pose: moving.
@@ -113,20 +114,37 @@ def over_at_once(s, w, batch, pose):
     touching = bits(first & (abs(load(s.value, LANDING)) <= batch.rtol))
     if touching:
         touching &= landing_lanes(w, batch, pose, -1.0)
-    over = switched | loose | touching
+    stiff = _begin_to_bend(s, pose)
+    over = switched | loose | touching | stiff
     for lane in range(LANES):
         if over >> lane & 1:
             s.ending[0, lane] = SWITCH if switched >> lane & 1 else RELEASE
+            if stiff >> lane & 1:
+                s.ending[0, lane] = -1 - KNEE_STAYED_STRAIGHT
             if touching >> lane & 1:
                 s.ending[0, lane] = -1 - ALREADY_LANDED
     return over | _down(s, w, pose)
+
+
+@once
+def _begin_to_bend(s, pose):
+    """Lanes, as bits, whose straight knee is let go and does not begin to bend.
+
+    Thigh and shank turn together then, and the guard is neither up nor falling but for
+    rounding: that is taken from it.
+    """
+    let_go = (load(s.active, KNEE_STRIKE) > 0.0) & (pose.beta.value == pose.theta.value)
+    blend(s.value, KNEE_STRIKE, let_go, SMALLEST)
+    blend(s.rate, KNEE_STRIKE, let_go, 0.0)
+    bending = pose.dbeta.tangent - pose.dtheta.tangent
+    return bits(let_go & (bending <= 0.0))
 
 
 @rare
 def _down(s, w, pose):
     """Lanes, as bits, that are down as a phase begins; notes the fall in s.ending."""
     h = 0.0 * load(s.h, 0)
-    down = ~bits(nearest_fall(load(w.free, 0) == 0.0, pose, h, still(w)) > 0.0) & EVERY_LANE
+    down = ~bits(nearest_fall(held(w), pose, h, still(w)) > 0.0) & EVERY_LANE
     if down:
         watch(s, w, FIRST_FALL, GUARDS, pose, h == h, s.value, s.rate)
         for guard in range(GUARDS - 1, FIRST_FALL - 1, -1):

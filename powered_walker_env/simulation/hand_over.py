@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from powered_walker_env.compiled.decorators import once, rare
-from powered_walker_env.compiled.lanes import LANES, SIZE, blend_state, load_state, mask_of
-from powered_walker_env.model.mechanics.guards import FIRST_FALL, fall_outcome
-from powered_walker_env.model.phases import MAX_EXITS, Outcome
+from powered_walker_env.compiled.lanes import LANES, SIZE, blend, blend_state, load_state, mask_of
+from powered_walker_env.model.mechanics.guards import FIRST_FALL, KNEE_STRIKE, fall_outcome
+from powered_walker_env.model.phases import EXITS, MAX_EXITS, Outcome
 from powered_walker_env.simulation.events import over_at_once
 from powered_walker_env.simulation.lockstep import (
     enter,
@@ -24,8 +24,7 @@ from powered_walker_env.simulation.lockstep import (
     row_of,
 )
 from powered_walker_env.simulation.record import write_log, write_row
-from powered_walker_env.simulation.resets import AFTER, BEFORE, WITH, apply_resets
-from powered_walker_env.simulation.resets import STOP as STOP_RESET
+from powered_walker_env.simulation.resets import AFTER, BEFORE, CONTINUE, WITH, apply_resets
 from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.sensitivity import (
     begin,
@@ -37,7 +36,7 @@ from powered_walker_env.simulation.totals import begin_sums, clear, end_clearanc
 from powered_walker_env.simulation.watching import along, watch_here
 
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
-STEP_LIMIT = int(Outcome.STEP_LIMIT)
+STEP_LIMIT, KNEE_FOLDED = int(Outcome.STEP_LIMIT), int(Outcome.KNEE_FOLDED)
 MAX_PHASES = 16  # of one stride
 
 
@@ -53,6 +52,7 @@ def next_stride(s, w, sums, lane, queue, batch, d):
         clear(sums, lane)
         for i in range(SIZE):
             s.final[i, lane] = s.struck[i, lane]
+        s.final_thigh[0, lane], s.final_thigh[1, lane] = s.final[2, lane], s.final[5, lane]
         _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
     rest(s, lane)
     return batch.strides
@@ -97,9 +97,12 @@ def _way_out(s, lane, batch):
     if ending >= FIRST_FALL:
         stance = math.sin(s.final[1, lane])
         return -1 - fall_outcome(ending, stance, math.sin(s.final[0, lane]))
+    if ending == KNEE_STRIKE and math.cos(s.final[2, lane] - s.final_thigh[0, lane]) < 0.0:
+        return -1 - KNEE_FOLDED
     for exit in range(MAX_EXITS):
-        if cycle[phase, 2 + 3 * exit] == ending:
-            to, reset = int(cycle[phase, 4 + 3 * exit]), int(cycle[phase, 3 + 3 * exit])
+        column = EXITS + 3 * exit
+        if cycle[phase, column] == ending:
+            to, reset = int(cycle[phase, column + 2]), int(cycle[phase, column + 1])
             s.reset[0, lane] = reset
             if reset in (BEFORE, WITH, AFTER):
                 s.impulse[0, lane] = s.strength[0, lane]
@@ -141,7 +144,7 @@ def end_phases(s, w, sums, ended, queue, batch, d):
             _finish(s, w, sums, lane, -1 - to, batch, d)
             free |= 1 << lane
             continue
-        if s.reset[0, lane] == STOP_RESET:
+        if s.reset[0, lane] != CONTINUE:
             sums.lost[0, lane] += s.lost[0, lane]
         s.phase[0, lane] = to
         continued |= 1 << lane
@@ -154,3 +157,5 @@ def _note_ends(s, pose, mask):
     """Write the poses where phases end."""
     numbers = (pose.phi, pose.alpha, pose.beta, pose.dphi, pose.dalpha, pose.dbeta)
     blend_state(s.final, 0, mask, numbers)
+    blend(s.final_thigh, 0, mask, pose.theta)
+    blend(s.final_thigh, 1, mask, pose.dtheta)

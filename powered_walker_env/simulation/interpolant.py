@@ -11,7 +11,7 @@ from scipy.integrate import DOP853
 
 from powered_walker_env.compiled.decorators import internal, rare, small
 from powered_walker_env.compiled.lanes import SIZE, load, load_state, plus, scaled, store_state
-from powered_walker_env.simulation.lockstep import constants_lanes, flow_at, posed
+from powered_walker_env.simulation.lockstep import constants_lanes, flow_at, joined, posed
 from powered_walker_env.simulation.runge_kutta import (
     EXTRA_STAGES,
     FITTED,
@@ -60,4 +60,4 @@ def look_inside(w, fraction):
 def pose_inside(w, fraction):
     """The pose at fractions of the steps (0 to 1); needs `interpolate`."""
     y, c = look_inside(w, fraction), constants_lanes(w.constants)
-    return posed(y, load(w.free, 0) > 0.0, c)
+    return posed(y, joined(w), c)

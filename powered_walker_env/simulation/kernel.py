@@ -46,6 +46,7 @@ from powered_walker_env.simulation.lockstep import (
     LOCKSTEP,
     Batch,
     acting,
+    joined,
     lockstep,
     pose_here,
     posed,
@@ -65,7 +66,7 @@ from powered_walker_env.simulation.sensitivity import DIRECTION_SIZE, Directions
 from powered_walker_env.simulation.totals import TOTALS, add_step, totals
 from powered_walker_env.simulation.watching import along, factor_rate, landing_lanes
 
-NO_LANDING = int(Outcome.NO_LANDING)
+NO_LANDING, NO_KNEE_STRIKE = int(Outcome.NO_LANDING), int(Outcome.NO_KNEE_STRIKE)
 
 # All times in units of √(L/g).
 TIME_LIMIT = 20.0  # no landing by then is a fall; the nearly simplest walker takes 3.9
@@ -98,7 +99,7 @@ def _look_for_events(s, w, batch, landed, good, doubtful):
 
 
 @once
-def _give_up(s, error, good, taken):
+def _give_up(s, w, error, good, taken):
     """Lanes (bits) whose strides cannot be brought to an end; notes why in s.ending."""
     unit = load(s.unit, 0)
     late = bits(load(s.t, 0) >= TIME_LIMIT * unit) & taken
@@ -111,7 +112,9 @@ def _give_up(s, error, good, taken):
         for lane in range(LANES):
             if given_up >> lane & 1:
                 reason = NOT_FINITE if lost >> lane & 1 else STEP_LIMIT
-                s.ending[0, lane] = -1 - (NO_LANDING if late >> lane & 1 else reason)
+                if late >> lane & 1:
+                    reason = NO_KNEE_STRIKE if w.bent[0, lane] > 0.0 else NO_LANDING
+                s.ending[0, lane] = -1 - reason
     return given_up
 
 
@@ -144,13 +147,13 @@ def _control_steps(s, w, error):
 @internal
 def _advance(s, w, sums, batch, d):
     """One step of every lane; the lanes (bits) whose phases have ended with it."""
-    unit, c, free = load(s.unit, 0), constants_lanes(w.constants), load(w.free, 0) > 0.0
+    unit, c, links = load(s.unit, 0), constants_lanes(w.constants), joined(w)
     planned(s, w, LONGEST_STEP * unit, (TIME_LIMIT + SHORTEST_STEP) * unit)
     step(w, acting(s))
     error = error_norm(w, TOLERANCE_SHARE * batch.rtol, 1.0 / unit)
     good = _control_steps(s, w, error)
     pose, last = pose_here(w), load_state(w.flows, SIZE * STAGES)
-    pose_new = posed(load_state(w.y_new, 0), free, c)
+    pose_new = posed(load_state(w.y_new, 0), links, c)
     going = along(w, pose_new, last)
     store(s.correction, 0, 0.0 * unit)
     taken, ended = _look_for_events(
@@ -160,15 +163,15 @@ def _advance(s, w, sums, batch, d):
     correction, mask = load(s.correction, 0), mask_of(taken)
     if ended:
         store_state(w.y_new, 0, plus(load_state(w.y_new, 0), correction, last))
-        pose_new = posed(load_state(w.y_new, 0), free, c)
+        pose_new = posed(load_state(w.y_new, 0), links, c)
     length = load(w.length, 0) + correction
     if d.n > 0:
         propagate(d, s, w, mask)
     if batch.interval > 0.0 and taken & 1:
         log_step(batch, s, w)
-    add_step(sums, s, w, mask, length, pose, pose_new, chain_lanes(w.free_chain), c)
+    add_step(sums, s, w, mask, length, pose, pose_new, chain_lanes(w.whole), c)
     _commit(s, w, mask, length)
-    return ended | (_give_up(s, error, good, taken) & ~ended)
+    return ended | (_give_up(s, w, error, good, taken) & ~ended)
 
 
 @slow_kernel

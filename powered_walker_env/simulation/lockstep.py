@@ -8,7 +8,7 @@ on. Tables end with the lanes; truths are 1 and 0.
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from powered_walker_env.compiled.decorators import internal, once, rare, small
 from powered_walker_env.compiled.lanes import (
@@ -20,30 +20,41 @@ from powered_walker_env.compiled.lanes import (
     dual,
     load,
     load_state,
+    unit,
     where,
 )
 from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive, flow
-from powered_walker_env.model.mechanics.chain import Pose, pose_of
+from powered_walker_env.model.mechanics.chain import Pose, bent, pose_of
 from powered_walker_env.model.mechanics.constants import (
     CHAIN,
     CHAIN_SIZE,
+    CHAINS,
     CONSTANTS,
     CONSTANTS_SIZE,
-    FREE_CHAIN,
-    LOCKED_CHAIN,
     OWN,
 )
+from powered_walker_env.model.mechanics.ground import Held
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
-from powered_walker_env.model.phases import MAX_EXITS, Guard, Joints, Torque
+from powered_walker_env.model.phases import (
+    BENT,
+    EXITS,
+    JOINTS,
+    MAX_EXITS,
+    TORQUE,
+    Guard,
+    Joints,
+    Torque,
+)
 
 GUARDS = len(Guard)  # Guard.NEVER included
-FREE = int(Joints.ANKLE_FREE)
+ANKLE_FREE, KNEE_FREE = int(Joints.ANKLE_FREE), int(Joints.KNEE_FREE)
 MOTOR, HIP = int(Torque.MOTOR), int(Torque.HIP)
 IDLE = -1
 LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
 
 _Pose = Annotated[Table, SIZE]
+_Thigh = Annotated[Table, 2]
 _Guards = Annotated[Table, GUARDS]
 
 
@@ -81,8 +92,10 @@ class Lockstep(NamedTuple):
     pushed: Table  # J, its work
     lost: Table  # J, at the end of the phase
     travelled: Table  # m, of the contact point in the stride
-    final: _Pose  # pose where the phase ended
+    final: _Pose  # pose where the phase ended: φ, α, β and their rates
+    final_thigh: _Thigh  # θ and its rate
     struck: _Pose  # pose after the reset
+    struck_thigh: _Thigh
     active: _Guards  # does the phase watch this guard
     value: _Guards  # of the guards where the step begins
     rate: _Guards
@@ -94,7 +107,7 @@ class Lockstep(NamedTuple):
 LOCKSTEP = Layout(Lockstep)
 lockstep = LOCKSTEP.view
 _constants_lane, constants_lanes, chain_lanes = CONSTANTS.lane, CONSTANTS.lanes, CHAIN.lanes
-_LOCK = CONSTANTS["lock"]
+_LOCK, _KNEED = CONSTANTS["lock"], CONSTANTS["kneed"]
 
 
 class Batch(NamedTuple):
@@ -151,11 +164,35 @@ def moving_aims(s, change):
     return Aims(dual(load(s.switch_angle, 0), change), load(s.height, 0))
 
 
+class Joined(NamedTuple):
+    """What the second link of the eight walkers' chains is; if neither, it does not exist."""
+
+    free: Any  # the stance leg: the ankle is free
+    bent: Any  # the thigh of the swing leg: the knee is free
+
+
+@small
+def joined(w):
+    """Of the phases that the eight walkers are in."""
+    return Joined(load(w.free, 0) > 0.0, load(w.bent, 0) > 0.0)
+
+
+@small
+def held(w):
+    """Which joints of the eight walkers are locked."""
+    return Held(load(w.free, 0) == 0.0, load(w.bent, 0) == 0.0)
+
+
 @internal
-def posed(y, free, c):
+def posed(y, joined, c):
     """The pose of a chain's state; with the ankle locked α = φ + lock."""
+    free, bent_knee = joined.free, joined.bent
     alpha, dalpha = where(free, y[1], y[0] + c.lock), where(free, y[4], y[3])
-    return pose_of(y[0], alpha, y[2], y[3], dalpha, y[5])
+    pose = pose_of(y[0], alpha, y[2], y[3], dalpha, y[5])
+    if bits(bent_knee):
+        theta, dtheta = where(bent_knee, y[1], y[2]), where(bent_knee, y[4], y[5])
+        pose = bent(pose, theta, dtheta, where(bent_knee, unit(theta), pose.swing))
+    return pose
 
 
 @rare
@@ -168,7 +205,7 @@ def flow_at(s, w, y):
 def pose_here(w):
     """The pose where the steps begin."""
     c = constants_lanes(w.constants)
-    return posed(load_state(w.y, 0), load(w.free, 0) > 0.0, c)
+    return posed(load_state(w.y, 0), joined(w), c)
 
 
 @small
@@ -178,9 +215,10 @@ def _turned(unit, angle):
 
 
 @internal
-def moving(pose, t, free, lock):
+def moving(pose, t, joined, lock):
     """The pose with its tangents: t is the change of the chain's state, `lock` that of the lock."""
-    alpha, dalpha = where(free, t[1], t[0] + lock), where(free, t[4], t[3])
+    alpha, dalpha = where(joined.free, t[1], t[0] + lock), where(joined.free, t[4], t[3])
+    theta, dtheta = where(joined.bent, t[1], t[2]), where(joined.bent, t[4], t[5])
     return Pose(
         dual(pose.phi, t[0]),
         dual(pose.alpha, alpha),
@@ -191,6 +229,9 @@ def moving(pose, t, free, lock):
         dual(pose.foot, _turned(pose.foot, t[0])),
         dual(pose.stance, _turned(pose.stance, alpha)),
         dual(pose.swing, _turned(pose.swing, t[2])),
+        dual(pose.theta, theta),
+        dual(pose.dtheta, dtheta),
+        dual(pose.thigh, _turned(pose.thigh, theta)),
     )
 
 
@@ -200,8 +241,9 @@ def copy_walker(s, w, lane, rows, row):
     for i in range(CONSTANTS_SIZE):
         w.constants[i, lane] = rows[row, OWN + i]
     for i in range(CHAIN_SIZE):
-        w.locked_chain[i, lane] = rows[row, LOCKED_CHAIN + i]
-        w.free_chain[i, lane] = rows[row, FREE_CHAIN + i]
+        w.locked_chain[i, lane] = rows[row, CHAINS + i]
+        w.free_chain[i, lane] = rows[row, CHAINS + CHAIN_SIZE + i]
+        w.bent_chain[i, lane] = rows[row, CHAINS + 2 * CHAIN_SIZE + i]
     c = _constants_lane(w.constants, lane)
     s.unit[0, lane] = math.sqrt(c.L / abs(c.g))
     s.walker[0, lane] = row + 1
@@ -209,7 +251,8 @@ def copy_walker(s, w, lane, rows, row):
 
 @internal
 def place(s, w, lane, index, batch):
-    """Start a stride: the state just after heel strike, both feet locked. Is the walker new?"""
+    """Start a stride: the state just after heel strike, feet locked, knees straight. Is the walker
+    new?"""
     row, states = row_of(index, batch.row_count), batch.states
     new = s.walker[0, lane] != row + 1
     if new:
@@ -218,7 +261,9 @@ def place(s, w, lane, index, batch):
     s.struck[1, lane], s.struck[2, lane] = states[index, 0], states[index, 1] + math.pi
     s.struck[3, lane], s.struck[4, lane] = states[index, 2], states[index, 2]
     s.struck[5, lane] = states[index, 3]
-    s.number[0, lane], s.phase[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0, 0
+    s.struck_thigh[0, lane], s.struck_thigh[1, lane] = s.struck[2, lane], s.struck[5, lane]
+    s.number[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
+    s.phase[0, lane] = batch.cycle[0, BENT] if w.constants[_KNEED, lane] > 0.0 else 0.0
     s.busy[0, lane] = 1.0
     s.t[0, lane] = 0.0
     s.switch_angle[0, lane] = batch.controls[index, 0]
@@ -246,30 +291,40 @@ def enter(s, w, mask, batch):
     for phase in range(batch.phases):
         here = mask & (number == 1.0 * phase)
         if bits(here):
-            free = cycle[phase, 0] == FREE
+            free = cycle[phase, JOINTS] == ANKLE_FREE
             blend(w.free, 0, here, 1.0 if free else 0.0)
-            blend(s.motor, 0, here, 1.0 if cycle[phase, 1] == MOTOR else 0.0)
-            blend(s.hip, 0, here, -1.0 if cycle[phase, 1] == HIP else 0.0)
+            blend(w.bent, 0, here, 1.0 if cycle[phase, JOINTS] == KNEE_FREE else 0.0)
+            blend(s.motor, 0, here, 1.0 if cycle[phase, TORQUE] == MOTOR else 0.0)
+            blend(s.hip, 0, here, -1.0 if cycle[phase, TORQUE] == HIP else 0.0)
             for guard in range(GUARDS):
                 blend(s.active, guard, here, 1.0 if guard >= FIRST_FALL else 0.0)
             for exit in range(MAX_EXITS):  # Guard.NEVER, of the padding, is never looked at
-                blend(s.active, int(cycle[phase, 2 + 3 * exit]), here, 1.0)
+                blend(s.active, int(cycle[phase, EXITS + 3 * exit]), here, 1.0)
             longer = 1.0 if free else LOCKED_FIRST_STEP
             blend(s.h, 0, here, longer * batch.first_step * load(s.unit, 0))
     blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
     for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused):
         blend(row, 0, mask, 0.0)
     blend(s.fresh, 0, mask, 1.0)
-    free = load(w.free, 0) > 0.0
+    of_phase = joined(w)
     for i in range(CHAIN_SIZE):
-        blend(w.chain, i, mask, where(free, load(w.free_chain, i), load(w.locked_chain, i)))
-    blend_state(w.y, 0, mask, chained(load_state(s.struck, 0), free))
+        locked, free = load(w.locked_chain, i), load(w.free_chain, i)
+        bent_knee = load(w.bent_chain, i)
+        blend(w.chain, i, mask, which(of_phase, locked, free, bent_knee))
+        blend(w.whole, i, mask, where(of_phase.bent, bent_knee, free))
+    blend_state(w.y, 0, mask, chained(load_state(s.struck, 0), s.struck_thigh, of_phase))
 
 
 @small
-def chained(pose, free):
-    """A chain's state from a pose; locked, foot and leg are one link at the foot's angle."""
+def which(joined, neither, free, bent_knee):
+    """Of three numbers the one for what the chain's second link is."""
+    return where(joined.free, free, where(joined.bent, bent_knee, neither))
+
+
+@small
+def chained(pose, thigh, joined):
+    """A chain's state from a pose; with the ankle locked foot and leg are one link at φ."""
     return (
-        pose[0], where(free, pose[1], 0.0), pose[2],
-        pose[3], where(free, pose[4], 0.0), pose[5],
+        pose[0], which(joined, 0.0, pose[1], load(thigh, 0)), pose[2],
+        pose[3], which(joined, 0.0, pose[4], load(thigh, 1)), pose[5],
     )  # fmt: skip

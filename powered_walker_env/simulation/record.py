@@ -21,7 +21,8 @@ class Result(NamedTuple):
     """A row of results."""
 
     state: Annotated[float, 4]  # post-strike (α, s, α', β'); NaN unless the walker walked
-    final: Annotated[float, SIZE]  # pose at the end, before any heel strike
+    final: Annotated[float, SIZE]  # pose at the end, before any heel strike: φ, α, β and rates
+    final_thigh: Annotated[float, 2]  # θ and its rate there
     duration: float  # s
     step_length: float  # m
     energy_in: float  # J
@@ -36,19 +37,23 @@ class Sample(NamedTuple):
     """A row of the log."""
 
     t: float  # s
-    pose: Annotated[float, SIZE]
+    pose: Annotated[float, SIZE]  # φ, α, β and their rates
+    thigh: Annotated[float, 2]  # θ and its rate
     phase: float  # its number in the cycle
 
 
 RESULT, SAMPLE = Layout(Result), Layout(Sample)
 RESULTS, LOG_COLUMNS = RESULT.size, SAMPLE.size
 STATE, FINAL = RESULT.slice("state"), RESULT.slice("final")
+FINAL_THIGH = RESULT.slice("final_thigh")
 DURATION, STEP_LENGTH = RESULT["duration"], RESULT["step_length"]
 ENERGY_IN, POSITIVE_WORK = RESULT["energy_in"], RESULT["positive_work"]
 ENERGY_LOST, MIN_CLEARANCE = RESULT["energy_lost"], RESULT["min_clearance"]
 ELECTRICAL_ENERGY, OUTCOME = RESULT["electrical_energy"], RESULT["outcome"]
 LOG_POSE, LOG_PHASE = SAMPLE.slice("pose"), SAMPLE["phase"]
+LOG_THIGH = SAMPLE.slice("thigh")
 _STATE, _FINAL, _POSE = STATE.start, FINAL.start, LOG_POSE.start
+_FINAL_THIGH, _THIGH = FINAL_THIGH.start, LOG_THIGH.start
 _NO_LOAD_SPEED = CONSTANTS["no_load_speed"]
 
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
@@ -78,6 +83,8 @@ def write_row(results, row, s, w, sums, lane, outcome):
         outcome, walked = NOT_FINITE, False
     for i in range(SIZE):
         results[row, _FINAL + i] = s.final[i, lane]
+    for i in range(2):
+        results[row, _FINAL_THIGH + i] = s.final_thigh[i, lane]
     results[row, _STATE] = s.struck[1, lane] if walked else math.nan
     results[row, _STATE + 1] = s.struck[2, lane] - math.pi if walked else math.nan
     results[row, _STATE + 2] = s.struck[4, lane] if walked else math.nan
@@ -98,6 +105,8 @@ def write_log(batch, t, pose, phase):
         log[row, _POSE + 3] = at_lane_0(pose.dphi)
         log[row, _POSE + 4] = at_lane_0(pose.dalpha)
         log[row, _POSE + 5] = at_lane_0(pose.dbeta)
+        log[row, _THIGH] = at_lane_0(pose.theta)
+        log[row, _THIGH + 1] = at_lane_0(pose.dtheta)
         batch.logged[0, 0] = row + 1
 
 

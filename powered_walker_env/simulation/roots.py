@@ -13,13 +13,8 @@ from powered_walker_env.model.mechanics.guards import (
     RELEASE,
 )
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import (
-    flow_at,
-    posed,
-)
-from powered_walker_env.simulation.runge_kutta import (
-    constants_lanes,
-)
+from powered_walker_env.simulation.lockstep import flow_at, joined, posed
+from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.watching import along, factor_rate, guard_along, landing_lanes
 
 BISECTIONS = 60  # enough to close any bracket in double precision
@@ -51,7 +46,7 @@ def _guard_inside(s, w, batch, lane, guard, fraction):
     moved = y[3], y[4], y[5], none, none, none
     if guard == RELEASE:  # the only one that looks at accelerations
         moved = flow_at(s, w, y)
-    pose = along(w, posed(y, load(w.free, 0) > 0.0, constants_lanes(w.constants)), moved)
+    pose = along(w, posed(y, joined(w), constants_lanes(w.constants)), moved)
     found = guard_along(s, w, guard, pose)
     up, rising = bits(found.value > 0.0) >> lane & 1, bits(found.tangent > 0.0) >> lane & 1
     return up, rising, landing_lanes(w, batch, pose, factor_rate(w, pose)) >> lane & 1

@@ -79,10 +79,13 @@ class Workspace(NamedTuple):
     terms: Annotated[Table, (FITTED + 3) * SIZE]  # coefficients of the interpolant
     length: Table  # s, of the step
     free: Table  # is the ankle free
+    bent: Table  # is the swing knee free
     constants: Annotated[Table, CONSTANTS_SIZE]  # of the walkers
     locked_chain: Annotated[Table, CHAIN_SIZE]
     free_chain: Annotated[Table, CHAIN_SIZE]
-    chain: Annotated[Table, CHAIN_SIZE]  # of the phase: one of the two
+    bent_chain: Annotated[Table, CHAIN_SIZE]
+    chain: Annotated[Table, CHAIN_SIZE]  # of the phase: one of the three
+    whole: Annotated[Table, CHAIN_SIZE]  # that has the whole energy: the second or the third
     zeros: Annotated[Table, max(CONSTANTS_SIZE, CHAIN_SIZE)]  # tangents of what does not change
 
 

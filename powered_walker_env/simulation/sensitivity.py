@@ -38,10 +38,9 @@ from powered_walker_env.model.mechanics.actuation import ankle_torque
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix
 from powered_walker_env.model.mechanics.constants import (
     CHAIN_SIZE,
+    CHAINS,
     CONSTANTS,
     CONSTANTS_SIZE,
-    FREE_CHAIN,
-    LOCKED_CHAIN,
     OWN,
 )
 from powered_walker_env.model.mechanics.ground import travel
@@ -50,10 +49,13 @@ from powered_walker_env.model.mechanics.tangents import acceleration_tangents, c
 from powered_walker_env.simulation.lockstep import (
     chained,
     flow_at,
+    held,
+    joined,
     moving,
     moving_aims,
     moving_drive,
     pose_here,
+    which,
 )
 from powered_walker_env.simulation.resets import after_reset, pushes, strikes
 from powered_walker_env.simulation.runge_kutta import (
@@ -82,10 +84,12 @@ class Direction(NamedTuple):
     shift: Table  # s, how far the last event moves
     start: Table  # rad, of φ as the stride began
     struck: Annotated[Table, SIZE]  # of the pose after the reset
+    struck_thigh: Annotated[Table, 2]
     length: Table  # m, of the way travelled
     constants: Annotated[Table, CONSTANTS_SIZE]  # of the walkers
     locked_chain: Annotated[Table, CHAIN_SIZE]
     free_chain: Annotated[Table, CHAIN_SIZE]
+    bent_chain: Annotated[Table, CHAIN_SIZE]
     chain: Annotated[Table, CHAIN_SIZE]
 
 
@@ -126,6 +130,7 @@ def begin(d, s, lane, row, new):
         e.struck[0, lane], e.struck[1, lane], e.struck[2, lane] = phi, changes[k, 0], changes[k, 1]
         e.struck[3, lane], e.struck[4, lane] = changes[k, 2], changes[k, 2]
         e.struck[5, lane] = changes[k, 3]
+        e.struck_thigh[0, lane], e.struck_thigh[1, lane] = changes[k, 1], changes[k, 3]
 
 
 @once
@@ -134,8 +139,9 @@ def _copy_walker(d, e, lane, row):
     for i in range(CONSTANTS_SIZE):
         e.constants[i, lane] = d.walkers[row, OWN + i]
     for i in range(CHAIN_SIZE):
-        e.locked_chain[i, lane] = d.walkers[row, LOCKED_CHAIN + i]
-        e.free_chain[i, lane] = d.walkers[row, FREE_CHAIN + i]
+        e.locked_chain[i, lane] = d.walkers[row, CHAINS + i]
+        e.free_chain[i, lane] = d.walkers[row, CHAINS + CHAIN_SIZE + i]
+        e.bent_chain[i, lane] = d.walkers[row, CHAINS + 2 * CHAIN_SIZE + i]
 
 
 @once
@@ -201,6 +207,16 @@ def propagate(d, s, w, mask):
 
 
 @internal
+def _moving_chains(w, e):
+    """The walkers' chains with their changes."""
+    return (
+        chain_duals(chain_lanes(w.locked_chain), e.locked_chain),
+        chain_duals(chain_lanes(w.free_chain), e.free_chain),
+        chain_duals(chain_lanes(w.bent_chain), e.bent_chain),
+    )
+
+
+@internal
 def _event_shift(d, k, s, w, target, rates, pose, c):
     """How far the event moves, s: −(∇g·S + ∂g/∂p)/ġ, from the moving pose of one direction.
 
@@ -209,16 +225,12 @@ def _event_shift(d, k, s, w, target, rates, pose, c):
     """
     e = direction_of(d, k)
     dt = where(load(s.elapsed, 0) > 0.0, 0.0, load(e.shift, 0))
-    locked = load(w.free, 0) == 0.0
     aimed = moving_aims(s, _change(d, k, s, _SWITCH))
     drive = moving_drive(s, _change(d, k, s, _STRENGTH))
-    both = (
-        chain_duals(chain_lanes(w.locked_chain), e.locked_chain),
-        chain_duals(chain_lanes(w.free_chain), e.free_chain),
-    )
+    chains = _moving_chains(w, e)
     for guard in range(1, FIRST_FALL):
         if bits(target == guard):
-            change = value_of(guard, locked, pose, drive, aimed, both, c).tangent
+            change = value_of(guard, held(w), pose, drive, aimed, chains, c).tangent
             dt = where(target == guard, -change / rates, dt)
     return dt
 
@@ -236,8 +248,8 @@ def _rates(s, w, pose, target):
 @rare
 def leave_phases(d, s, w, mask):
     """Move S to the events and through the resets: the pose after them."""
-    here, y, free = pose_here(w), load_state(w.y, 0), load(w.free, 0) > 0.0
-    plain, links, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
+    here, y, links = pose_here(w), load_state(w.y, 0), joined(w)
+    plain, reset = constants_lanes(w.constants), load(s.reset, 0)
     before = flow_at(s, w, y)
     target = where(mask & (load(s.elapsed, 0) > 0.0), load(s.target, 0), 0.0)
     rates = _rates(s, w, along(w, here, before), target)
@@ -248,16 +260,18 @@ def leave_phases(d, s, w, mask):
             load_state(e.S, 0),
             load(e.constants, _LOCK),
         )
-        dt = _event_shift(d, k, s, w, target, rates, moving(here, S, free, lock), c)
+        dt = _event_shift(d, k, s, w, target, rates, moving(here, S, links, lock), c)
         blend(e.shift, 0, mask, dt)
-        pose = moving(here, plus(S, dt, before), free, lock)
+        pose = moving(here, plus(S, dt, before), links, lock)
         strength = dual(load(s.strength, 0), _change(d, k, s, _STRENGTH))
         impulse = where(pushes(reset), strength, 0.0 * strength)
-        struck = after_reset(reset, pose, impulse, chain_duals(links, e.free_chain), c)
+        struck = after_reset(reset, pose, impulse, _moving_chains(w, e), c)
         numbers = (
             struck.phi, struck.alpha, struck.beta, struck.dphi, struck.dalpha, struck.dbeta
         )  # fmt: skip
         blend_state(e.struck, 0, mask, tangents_of(numbers))
+        blend(e.struck_thigh, 0, mask, struck.theta.tangent)
+        blend(e.struck_thigh, 1, mask, struck.dtheta.tangent)
         if bits(strikes(reset)):
             began = dual(load(s.first_phi, 0), load(e.start, 0))
             blend(e.length, 0, mask & strikes(reset), travel(pose, began, c).tangent)
@@ -266,10 +280,11 @@ def leave_phases(d, s, w, mask):
 @rare
 def enter_phases(d, s, w, mask, after):
     """S where phases begin: of the chain's state, less the other half of the saltation, f⁺ dt."""
-    free = load(w.free, 0) > 0.0
+    links = joined(w)
     for k in range(d.n):
         e = direction_of(d, k)
         for i in range(CHAIN_SIZE):
-            blend(e.chain, i, mask, where(free, load(e.free_chain, i), load(e.locked_chain, i)))
-        state = chained(load_state(e.struck, 0), free)
+            locked, free = load(e.locked_chain, i), load(e.free_chain, i)
+            blend(e.chain, i, mask, which(links, locked, free, load(e.bent_chain, i)))
+        state = chained(load_state(e.struck, 0), e.struck_thigh, links)
         blend_state(e.S, 0, mask, plus(state, -load(e.shift, 0), after))

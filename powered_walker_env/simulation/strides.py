@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.mechanics.constants import pack
-from powered_walker_env.model.phases import Cycle, Outcome, encode
+from powered_walker_env.model.knees import encode
+from powered_walker_env.model.phases import Cycle, Outcome
 from powered_walker_env.model.powering import (
     AnyControl,
     Policy,

@@ -18,7 +18,7 @@ from powered_walker_env.model.mechanics.actuation import ankle_torque, power
 from powered_walker_env.model.mechanics.chain import energy
 from powered_walker_env.model.mechanics.ground import apart, clearance
 from powered_walker_env.simulation.interpolant import interpolate, look_inside, pose_inside
-from powered_walker_env.simulation.lockstep import acting, flow_at, moving, posed, torques_act
+from powered_walker_env.simulation.lockstep import acting, flow_at, joined, moving, posed, torques_act
 from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_duals,
@@ -64,18 +64,18 @@ def begin_sums(s, w, sums, mask, pose):
     blend(sums.lowest, 0, starting, math.inf)
     look(
         sums, mask, torques_act(s), pose, acting(s),
-        chain_lanes(w.free_chain), constants_lanes(w.constants),
+        chain_lanes(w.whole), constants_lanes(w.constants),
     )  # fmt: skip
 
 
 @internal
-def look(sums, mask, powered, pose, drive, free_chain, c):
+def look(sums, mask, powered, pose, drive, chain, c):
     """Take clearance, and where torques act energy and power, as those where the step begins."""
     height, descent = clearance(pose, c)
     blend(sums.height, 0, mask, height)
     blend(sums.descent, 0, mask, descent)
     if bits(powered & mask):
-        blend(sums.energy, 0, mask, energy(pose, free_chain, c))
+        blend(sums.energy, 0, mask, energy(pose, chain, c))
         blend(sums.power, 0, mask, power(pose, drive, c))
         blend(sums.torque, 0, mask, ankle_torque(pose.dalpha - pose.dphi, drive, c))
 
@@ -112,17 +112,17 @@ def _gain(value, slope, value_end, slope_end):
 
 
 @once
-def add_step(sums, s, w, mask, taken, pose, pose_new, free_chain, c):
+def add_step(sums, s, w, mask, taken, pose, pose_new, chain, c):
     """Add the work of the step just taken, and where the swing foot was lowest in it.
 
     Args:
         taken: s, the length of the step, its correction included.
-        pose, pose_new: where it begins and ends.
+        pose, pose_new: where it begins and ends; chain: that has the whole energy.
     """
     height, descent = load(sums.height, 0), load(sums.descent, 0)
     before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)
     drive, powered = acting(s), mask & torques_act(s)
-    look(sums, mask, powered, pose_new, drive, free_chain, c)
+    look(sums, mask, powered, pose_new, drive, chain, c)
     if bits(powered):
         after = load(sums.energy, 0)
         gain = _gain(before, rising * taken, after, load(sums.power, 0) * taken)
@@ -173,13 +173,13 @@ def _torque_impulse(pose, pose_new, drive, torque, torque_end, taken, c):
 @rare
 def _lowest_inside(s, w, x, earliest):
     """The lowest clearance near fraction x of the step: Newton on the interpolant."""
-    c, free = constants_lanes(w.constants), load(w.free, 0) > 0.0
+    c, links = constants_lanes(w.constants), joined(w)
     interpolate(s, w)
     h = load(w.length, 0)
     for _ in range(NEWTON_STEPS):
         y = look_inside(w, x)
         moved, still = flow_at(s, w, y), constants_duals(c, w.zeros)
-        _, descent = clearance(moving(posed(y, free, c), moved, free, 0.0 * x), still)
+        _, descent = clearance(moving(posed(y, links, c), moved, links, 0.0 * x), still)
         bend = h * descent.tangent
         x = where(bend > 0.0, x - descent.value / bend, x)
         x = where(x > earliest, x, earliest)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import pack
-from powered_walker_env.model.phases import Outcome, Phase, Torque, encode
+from powered_walker_env.model.knees import encode, encoded
+from powered_walker_env.model.phases import Outcome, Phase, Torque
 from powered_walker_env.model.powering import (
     AnyControl,
     Policy,
@@ -151,7 +152,7 @@ def walk(
     for height in heights:
         chosen = powered.control_of(rows_of(control, np.array([checked]))[0])
         logged = log_stride(checked, chosen, params, float(height), rtol, sample_interval)
-        builder.add(logged, powered.cycle, float(height))
+        builder.add(logged, encoded(powered.cycle).phases, float(height))
         if logged.outcome != Outcome.WALKED:
             break
         checked = PostStrikeState(*logged.result[record.STATE].tolist())
@@ -188,7 +189,7 @@ class TrajectoryBuilder:
         up = np.full(len(log), self._ground[-1] + params.foot_radius)
         self._pieces.append((t, log, np.stack([self._landings[-1] + rolled, up], 1), number))
         on = np.array([phase.torque == Torque.MOTOR for phase in cycle])
-        self._motor.append(on[log[:, 7].astype(np.int64)])
+        self._motor.append(on[log[:, record.LOG_PHASE].astype(np.int64)])
         self._note_events(t, log, cycle, number)
         self._t = float(t[-1])
         if logged.outcome == Outcome.WALKED:
@@ -201,7 +202,7 @@ class TrajectoryBuilder:
         self._outcome = logged.outcome
 
     def _note_events(self, t: Array, log: Array, cycle: tuple[Phase, ...], number: int) -> None:
-        phases = log[:, 7]
+        phases = log[:, record.LOG_PHASE]
         last_rows = [*np.flatnonzero(np.diff(phases)), len(log) - 1]
         for row in last_rows:
             q, u = relative(log[row, 1:4]), relative(log[row, 4:7])
@@ -218,7 +219,7 @@ class TrajectoryBuilder:
             t=np.concatenate([piece[0] for piece in self._pieces]),
             q=relative(log[:, 1:4]),
             u=relative(log[:, 4:7]),
-            phase=log[:, 7].astype(np.int64),
+            phase=log[:, record.LOG_PHASE].astype(np.int64),
             foot=np.concatenate([piece[2] for piece in self._pieces]),
             stride=np.concatenate([np.full(len(p[0]), p[3]) for p in self._pieces]),
             ground=np.array(self._ground),

@@ -16,6 +16,8 @@ from powered_walker_env.model.mechanics.guards import (
 )
 from powered_walker_env.simulation.lockstep import (
     GUARDS,
+    held,
+    joined,
     moving,
     moving_aims,
     moving_drive,
@@ -38,7 +40,7 @@ def still(w):
 @small
 def along(w, pose, moved):
     """A pose with the rates of change as its tangents; moved: the flow of the chain's state."""
-    return moving(pose, moved, load(w.free, 0) > 0.0, 0.0 * moved[0])
+    return moving(pose, moved, joined(w), 0.0 * moved[0])
 
 
 @internal
@@ -48,9 +50,9 @@ def guard_along(s, w, guard, pose):
         chain_duals(chain_lanes(w.locked_chain), w.zeros),
         chain_duals(chain_lanes(w.free_chain), w.zeros),
     )
-    locked, zero = load(w.free, 0) == 0.0, load(w.zeros, 0)
+    zero = load(w.zeros, 0)
     drive, aimed = moving_drive(s, zero), moving_aims(s, zero)
-    return value_of(guard, locked, pose, drive, aimed, both, still(w))
+    return value_of(guard, held(w), pose, drive, aimed, both, still(w))
 
 
 @internal
@@ -91,7 +93,7 @@ def landing_lanes(w, batch, pose, rate):
     Args:
         rate: of the clearance's last factor, 1/s.
     """
-    return bits(lands(load(w.free, 0) == 0.0, pose, rate, batch.together, still(w)))
+    return bits(lands(held(w), pose, rate, batch.together, still(w)))
 
 
 @small

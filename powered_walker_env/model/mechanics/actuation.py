@@ -46,9 +46,9 @@ def ankle_torque(u2, acting, c):
 
 @small
 def power(pose, acting, c):
-    """Power that the torques put into the walker, W: −τ u2 and, at the hip, τ(β' − α')."""
+    """Power that the torques put into the walker, W: −τ u2 and, at the hip, τ(θ' − α')."""
     u2 = pose.dalpha - pose.dphi
-    return c.reaction * acting.pull * (pose.dbeta - pose.dalpha) - u2 * ankle_torque(u2, acting, c)
+    return c.reaction * acting.pull * (pose.dtheta - pose.dalpha) - u2 * ankle_torque(u2, acting, c)
 
 
 @formula

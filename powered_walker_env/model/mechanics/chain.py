@@ -24,7 +24,7 @@ import math
 from typing import Any, NamedTuple
 
 from powered_walker_env.compiled.decorators import formula, small
-from powered_walker_env.compiled.lanes import unit
+from powered_walker_env.compiled.lanes import unit, where
 
 
 @small
@@ -69,23 +69,46 @@ def coupled(a, b):
 
 
 class Pose(NamedTuple):
-    """The walker at an instant: angles, rates, and the unit vectors along its links."""
+    """The walker at an instant: angles, rates, and the unit vectors along its links.
+
+    With the swing knee straight the thigh is the leg: θ = β.
+    """
 
     phi: Any  # rad, foot
     alpha: Any  # stance leg
-    beta: Any  # swing leg
+    beta: Any  # swing leg; with the knee bent its shank
     dphi: Any  # rad/s
     dalpha: Any
     dbeta: Any
     foot: Any  # e^{iφ}
     stance: Any  # e^{iα}
     swing: Any  # e^{iβ}
+    theta: Any  # rad, thigh of the swing leg
+    dtheta: Any
+    thigh: Any  # e^{iθ}
+
+
+@small
+def straight(phi, alpha, beta, dphi, dalpha, dbeta, foot, stance, swing):
+    """A pose with a straight swing leg."""
+    return Pose(
+        phi, alpha, beta, dphi, dalpha, dbeta, foot, stance, swing, beta, dbeta, swing
+    )  # fmt: skip
+
+
+@small
+def bent(pose, theta, dtheta, thigh):
+    """A pose with another thigh."""
+    return Pose(
+        pose.phi, pose.alpha, pose.beta, pose.dphi, pose.dalpha, pose.dbeta,
+        pose.foot, pose.stance, pose.swing, theta, dtheta, thigh,
+    )  # fmt: skip
 
 
 @formula
 def pose_of(phi, alpha, beta, dphi, dalpha, dbeta):
-    """The pose with these angles and rates."""
-    return Pose(phi, alpha, beta, dphi, dalpha, dbeta, unit(phi), unit(alpha), unit(beta))
+    """The pose with these angles and rates, and a straight swing leg."""
+    return straight(phi, alpha, beta, dphi, dalpha, dbeta, unit(phi), unit(alpha), unit(beta))
 
 
 @formula
@@ -170,32 +193,45 @@ def momenta(m, dy1, dy2, dy3, c):
     )
 
 
-@formula
-def mass_matrix_at(pose, free, c):
-    """The mass matrix of the chain with its ankle free, at a pose."""
-    return mass_matrix(couplings(pose.foot, pose.stance, pose.swing, free, c), free, c)
+@small
+def second_link(pose, chain):
+    """Angle, rate and unit vector of the link between the first and the last."""
+    knee = chain.knee > 0.0
+    return (
+        where(knee, pose.theta, pose.alpha),
+        where(knee, pose.dtheta, pose.dalpha),
+        where(knee, pose.thigh, pose.stance),
+    )
 
 
 @formula
-def kinetic_energy(pose, free, c):
-    """½ rates · momenta, J; `free` is the walker's chain with its ankle free."""
-    m = mass_matrix_at(pose, free, c)
-    p1, p2, p3 = momenta(m, pose.dphi, pose.dalpha, pose.dbeta, c)
-    return 0.5 * (p1 * pose.dphi + p2 * pose.dalpha + c.reaction * p3 * pose.dbeta)
+def mass_matrix_at(pose, chain, c):
+    """The mass matrix at a pose, of the chain with the ankle free or with the knee free."""
+    _, _, second = second_link(pose, chain)
+    return mass_matrix(couplings(pose.foot, second, pose.swing, chain, c), chain, c)
+
+
+@formula
+def kinetic_energy(pose, chain, c):
+    """½ rates · momenta, J, of the walker whose ankle, or whose knee, is free."""
+    m, (_, rate, _) = mass_matrix_at(pose, chain, c), second_link(pose, chain)
+    p1, p2, p3 = momenta(m, pose.dphi, rate, pose.dbeta, c)
+    return 0.5 * (p1 * pose.dphi + p2 * rate + c.reaction * p3 * pose.dbeta)
 
 
 @small
-def potential_energy(pose, free, c):
+def potential_energy(pose, chain, c):
     """Σ m⟨g, r⟩ and the hip spring's, J; r from where the contact point is at φ = 0."""
-    moment = free.moment1 * pose.foot + free.moment2 * pose.stance
-    moment = moment + c.reaction * (free.moment3 * pose.swing)
-    rolled = free.roll * complex(0.0 * pose.phi + 1.0, pose.phi)
-    bend = hip_bend(pose.phi, pose.alpha, pose.beta, free)
+    angle, _, second = second_link(pose, chain)
+    moment = chain.moment1 * pose.foot + chain.moment2 * second
+    moment = moment + c.reaction * (chain.moment3 * pose.swing)
+    rolled = chain.roll * complex(0.0 * pose.phi + 1.0, pose.phi)
+    bend = hip_bend(pose.phi, angle, pose.beta, chain)
     spring = 0.5 * c.hip_stiffness * bend * bend
     return inner(c.g, rolled + moment) + c.reaction * spring
 
 
 @small
-def energy(pose, free, c):
-    """Mechanical energy of the walker, J."""
-    return kinetic_energy(pose, free, c) + potential_energy(pose, free, c)
+def energy(pose, chain, c):
+    """Mechanical energy of the walker whose ankle, or whose knee, is free, J."""
+    return kinetic_energy(pose, chain, c) + potential_energy(pose, chain, c)

@@ -1,7 +1,7 @@
 """The numbers that kernels need of a walker, from `WalkerParams`: one row of floats.
 
-A row has the walker's own numbers, what follows from them (`Constants`), and the chain of links
-that it is with its ankle locked and free (`Chain`). Here alone the geometry is put together, for
+A row has the walker's own numbers, what follows from them (`Constants`), and the chains of links
+that it is (`Chains`): its joints locked, its ankle free, its swing knee free. Here alone the geometry is put together, for
 any number of walkers at once, and with derivatives (`dual.py`).
 """
 
@@ -21,18 +21,20 @@ from powered_walker_env.model.mechanics.dual import (
     choose,
     conjugate,
     length,
+    real,
     square,
     tangent_of,
     unit,
     value_of,
 )
 from powered_walker_env.model.quantities import quantities
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
 
 Array = NDArray[np.float64]
 
 #: Names of the walker's own numbers, in the order in which they begin its row.
-NUMBERS = (*quantities(WalkerParams), "as_published")
+NUMBERS = (*quantities(WalkerParams), *quantities(Knee), "as_published")
 OWN = len(NUMBERS)
 LEG_LENGTH, LEG_MASS, GRAVITY = (NUMBERS.index(n) for n in ("leg_length", "leg_mass", "gravity"))
 
@@ -55,6 +57,9 @@ class Constants(NamedTuple):
     retracted: complex  # m, D e^{−i·lock}: the foot's centre from the ankle, swing leg's frame
     reach: float  # m, |K| with K = L + D e^{−i·lock}: from the hip to the foot's centre
     lean: complex  # K/|K|
+    kneed: bool  # whether the swing leg has a knee
+    thigh: float  # m, from the hip to the knee; without a knee the whole leg, L
+    shank: complex  # m, from the knee to the swing foot's centre, on the swing leg
     hip_stiffness: float  # N m/rad
     no_load_speed: float  # rad/s
     droop: float  # s/rad, of the motor's torque with the ankle's rate u2: ±1/ω_noload
@@ -85,14 +90,22 @@ class Chain(NamedTuple):
     hip3: float
     hip0: float  # rad
     ankle: float  # 1 if the ankle moves, between links 1 and 2
+    knee: float  # 1 if the knee moves, between links 2 and 3
+
+
+class Chains(NamedTuple):
+    """The chains that a walker can be."""
+
+    locked: Any  # all joints but the hip locked
+    free: Any  # the stance ankle free
+    bent: Any  # the swing knee free; of a walker without knees the first
 
 
 CONSTANTS, CHAIN = Layout(Constants), Layout(Chain)
 CONSTANTS_SIZE, CHAIN_SIZE = CONSTANTS.size, CHAIN.size
 #: Where the parts of a row begin.
-LOCKED_CHAIN = OWN + CONSTANTS_SIZE
-FREE_CHAIN = LOCKED_CHAIN + CHAIN_SIZE
-ROW = FREE_CHAIN + CHAIN_SIZE
+CHAINS = OWN + CONSTANTS_SIZE
+ROW = CHAINS + len(Chains._fields) * CHAIN_SIZE
 
 
 def constants_from(own: Any) -> Constants:
@@ -108,6 +121,7 @@ def constants_from(own: Any) -> Constants:
     size = length(arm)
     point = value_of(size) == 0.0  # the foot's centre at the hip: no lean
     limit = value_of(own.torque_limit)
+    kneed = value_of(own.shank_length) > 0.0
     return Constants(
         L=L,
         D=D,
@@ -124,6 +138,9 @@ def constants_from(own: Any) -> Constants:
         retracted=retracted,
         reach=size,
         lean=choose(point, 1.0 + 0j, arm / choose(point, 1.0, size)),
+        kneed=kneed,
+        thigh=L - own.shank_length,
+        shank=own.shank_length + retracted,
         hip_stiffness=own.hip_stiffness,
         no_load_speed=own.no_load_speed,
         # The listing (`pow_qddt.m`) has a motor that pushes harder the faster it turns.
@@ -153,6 +170,7 @@ def locked_chain(c: Constants) -> Chain:
         hip2=0.0,
         hip0=-c.lock,
         ankle=0.0,
+        knee=0.0,
         **_swing_leg(c),
     )
 
@@ -171,7 +189,34 @@ def free_chain(c: Constants) -> Chain:
         hip2=-1.0,
         hip0=0.0,
         ankle=1.0,
+        knee=0.0,
         **_swing_leg(c),
+    )
+
+
+def bent_chain(c: Constants, own: Any) -> Chain:
+    """Foot and stance leg as one, then thigh and shank of the swing leg.
+
+    The thigh is what the shank leaves of the leg: with a the shank's centre of mass from the
+    knee, m its mass and d the thigh's length, the thigh's moment about the hip with the shank at
+    the knee is the leg's less m a, and its inertia the leg's less the shank's about the knee and
+    2 m ⟨d, a⟩.
+    """
+    locked, kneed = locked_chain(c), value_of(c.kneed)
+    com = own.shank_length - own.shank_com_along - 1j * own.shank_com_across
+    moment = own.shank_mass * com
+    inertia = choose(kneed, own.shank_inertia + own.shank_mass * square(com), 1.0)
+    thigh = locked.inertia3 - inertia - 2.0 * c.thigh * real(moment)
+    return locked._replace(
+        lever2=choose(kneed, c.thigh + 0j, locked.lever2),
+        moment2=choose(kneed, locked.moment3 - moment, locked.moment2),
+        moment3=choose(kneed, moment, locked.moment3),
+        inertia2=choose(kneed, thigh, locked.inertia2),
+        inertia3=choose(kneed, inertia, locked.inertia3),
+        share3=choose(kneed, 1.0 / inertia, locked.share3),
+        hip2=choose(kneed, 1.0, locked.hip2),
+        hip3=choose(kneed, 0.0, locked.hip3),
+        knee=choose(kneed, 1.0, locked.knee),
     )
 
 
@@ -186,8 +231,9 @@ def _swing_leg(c: Constants) -> dict[str, Any]:
 
 def own_numbers(params: WalkerParams) -> list[float]:
     """A walker's own numbers, in the order of `NUMBERS`."""
-    own = [getattr(params, name) for name in NUMBERS[:-1]]
-    return [*own, float(params.physics == AS_PUBLISHED)]
+    own = [getattr(params, name) for name in quantities(WalkerParams)]
+    knee = [0.0 if params.knee is None else getattr(params.knee, n) for n in quantities(Knee)]
+    return [*own, *knee, float(params.physics == AS_PUBLISHED)]
 
 
 def rows_from_own(own: Array) -> Array:
@@ -212,9 +258,8 @@ def _derived(own: SimpleNamespace, part: Any) -> Array:
     count = len(value_of(own.leg_length))
     with np.errstate(all="ignore"):  # of walkers that no kernel can walk either
         c = constants_from(own)
-        records = (
-            (CONSTANTS, c), (CHAIN, locked_chain(c)), (CHAIN, free_chain(c)),
-        )  # fmt: skip
+        chains = Chains(locked_chain(c), free_chain(c), bent_chain(c, own))
+        records = ((CONSTANTS, c), *((CHAIN, chain) for chain in chains))
         columns = [
             column if np.ndim(column) else np.full(count, column)
             for layout, record in records
@@ -242,18 +287,20 @@ def pack(params: WalkerParams) -> Array:
 def params_of(row: Array) -> WalkerParams:
     """The inverse of `pack`."""
     *numbers, as_published = row[:OWN].tolist()
+    known = dict(zip(NUMBERS[:-1], numbers, strict=True))
+    knee = {name: known.pop(name) for name in quantities(Knee)}
     return WalkerParams(
-        **dict(zip(NUMBERS[:-1], numbers, strict=True)),
+        **known,
+        knee=Knee(**knee) if knee["shank_length"] else None,
         physics=AS_PUBLISHED if as_published else CONSERVING,
     )
 
 
 def constants_of(params: WalkerParams) -> Constants:
     """The walker as the formulas take it."""
-    return CONSTANTS.of(pack(params)[OWN:LOCKED_CHAIN])
+    return CONSTANTS.of(pack(params)[OWN:CHAINS])
 
 
-def chains_of(params: WalkerParams) -> tuple[Chain, Chain]:
-    """The walker's chains with its ankle locked, and free."""
-    row = pack(params)
-    return CHAIN.of(row[LOCKED_CHAIN:FREE_CHAIN]), CHAIN.of(row[FREE_CHAIN:])
+def chains_of(params: WalkerParams) -> Chains:
+    """The walker's chains."""
+    return Chains(*(CHAIN.of(part) for part in pack(params)[CHAINS:].reshape(-1, CHAIN_SIZE)))

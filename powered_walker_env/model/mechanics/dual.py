@@ -80,6 +80,13 @@ def conjugate(number: Any) -> Any:
     return np.conj(number)
 
 
+def real(number: Any) -> Any:
+    """The real part."""
+    if isinstance(number, Dual):
+        return Dual(np.real(number.value), np.real(number.tangent))
+    return np.real(number)
+
+
 def square(number: Any) -> Any:
     """|number|², real."""
     if isinstance(number, Dual):

@@ -17,6 +17,7 @@ from powered_walker_env.model.mechanics.chain import (
     accelerations,
     bias,
     couplings,
+    cross,
     mass_matrix,
 )
 from powered_walker_env.model.mechanics.ground import height_over_ground
@@ -24,6 +25,7 @@ from powered_walker_env.model.phases import Guard, Outcome
 
 SWITCH_ANGLE, LANDING = int(Guard.SWITCH_ANGLE), int(Guard.LANDING)
 STOP, RELEASE = int(Guard.STOP), int(Guard.RELEASE)
+KNEE_STRIKE = int(Guard.KNEE_STRIKE)
 STANCE_LEG_DOWN, SWING_LEG_DOWN = int(Guard.STANCE_LEG_DOWN), int(Guard.SWING_LEG_DOWN)
 HIP_DOWN, FOOT_TURNED = int(Guard.HIP_DOWN), int(Guard.FOOT_TURNED)
 FIRST_FALL = STANCE_LEG_DOWN  # those from here on are falls, watched in every phase
@@ -39,7 +41,7 @@ class Aims(NamedTuple):
 @small
 def switch(pose, switch_angle):
     """How far the hip angle q3 is from the switch angle, rad."""
-    return pose.beta - pose.alpha - switch_angle
+    return pose.theta - pose.alpha - switch_angle
 
 
 @small
@@ -72,6 +74,15 @@ def holding_unit(c):
 
 
 @small
+def knee(pose):
+    """sin(β − θ): positive while the shank hangs back behind the thigh.
+
+    It falls through zero as the shank catches up, and as it folds up against the thigh.
+    """
+    return cross(pose.thigh, pose.swing)
+
+
+@small
 def stance_leg_up(pose):
     """cos α: zero with the stance leg horizontal."""
     return pose.stance.real
@@ -79,8 +90,8 @@ def stance_leg_up(pose):
 
 @small
 def swing_leg_up(pose):
-    """−cos β: zero with the swing leg horizontal."""
-    return -pose.swing.real
+    """−cos θ: zero with the swing leg, of a bent one its thigh, horizontal."""
+    return -pose.thigh.real
 
 
 @formula
@@ -102,7 +113,7 @@ def foot_up(pose):
 
 
 @formula
-def fall_value(guard, locked, pose, c):
+def fall_value(guard, held, pose, c):
     """The value of a guard against a fall."""
     if guard == STANCE_LEG_DOWN:
         return stance_leg_up(pose)
@@ -110,11 +121,11 @@ def fall_value(guard, locked, pose, c):
         return swing_leg_up(pose)
     if guard == HIP_DOWN:
         return hip_up(pose, c)
-    return where(locked, 1.0 + 0.0 * pose.phi, foot_up(pose))
+    return where(held.ankle, 1.0 + 0.0 * pose.phi, foot_up(pose))
 
 
 @formula
-def nearest_fall(locked, pose, h, c):
+def nearest_fall(held, pose, h, c):
     """The least that a guard against falls can have come to within h before this moving pose.
 
     A guard that has dipped below zero and is up again now lies within twice its slope. While
@@ -123,7 +134,7 @@ def nearest_fall(locked, pose, h, c):
     least = _least_before(stance_leg_up(pose), h, 1.0 + 0.0 * h)
     least = _least_before(swing_leg_up(pose), h, least)
     least = _least_before(hip_up(pose, c), h, least)
-    return where(locked, least, _least_before(foot_up(pose), h, least))
+    return where(held.ankle, least, _least_before(foot_up(pose), h, least))
 
 
 @formula
@@ -134,17 +145,19 @@ def _least_before(guard, h, least):
 
 
 @formula
-def value_of(guard, locked, pose, acting, aims, chains, c):
-    """The value of a guard; `chains` are the walker's two, locked and free."""
+def value_of(guard, held, pose, acting, aims, chains, c):
+    """The value of a guard; `chains` are the walker's: locked, ankle free, knee free."""
     if guard == SWITCH_ANGLE:
         return switch(pose, aims.switch_angle)
     if guard == LANDING:
-        return height_over_ground(locked, pose, aims.step_height, c)
+        return height_over_ground(held, pose, aims.step_height, c)
     if guard == STOP:
         return stop(pose, c)
     if guard == RELEASE:
         return holding_torque(pose, acting, chains[0], chains[1], c)
-    return fall_value(guard, locked, pose, c)
+    if guard == KNEE_STRIKE:
+        return knee(pose)
+    return fall_value(guard, held, pose, c)
 
 
 @small

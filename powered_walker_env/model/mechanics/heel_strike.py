@@ -1,7 +1,7 @@
 """Heel strike: legs swap, two angular momenta kept (Camp 1997, section 3).
 
 A plastic collision without slip: the old foot leaves the floor and is retracted at
-once (it is massless). Kept are the angular momentum of the whole walker about the new
+once (it is massless). Knees are straight. Kept are the angular momentum of the whole walker about the new
 contact point, and of the trailing leg about the hip.
 
 The listing (`as_published`) departs from this text twice:
@@ -16,7 +16,13 @@ import math
 
 from powered_walker_env.compiled.decorators import formula, small
 from powered_walker_env.compiled.lanes import where
-from powered_walker_env.model.mechanics.chain import Pose, couplings, inner, mass_matrix, pose_of
+from powered_walker_env.model.mechanics.chain import (
+    couplings,
+    inner,
+    mass_matrix,
+    pose_of,
+    straight,
+)
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.mechanics.locking import rates_of
 
@@ -72,7 +78,7 @@ def land(pose, walker, trailing_leg, free, c):
         c,
     )
     dalpha, dbeta = rates_of(m, walker - c.reaction * trailing_leg, trailing_leg, c)
-    return Pose(
+    return straight(
         after.phi, after.alpha, after.beta, dalpha, dalpha, dbeta,
         after.foot, after.stance, after.swing,
     )  # fmt: skip

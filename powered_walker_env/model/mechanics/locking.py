@@ -8,7 +8,15 @@ added up, the momenta give the rates that follow.
 from __future__ import annotations
 
 from powered_walker_env.compiled.decorators import formula, small
-from powered_walker_env.model.mechanics.chain import Mass, Pose, mass_matrix_at, momenta, solve
+from powered_walker_env.model.mechanics.chain import (
+    Mass,
+    couplings,
+    mass_matrix,
+    mass_matrix_at,
+    momenta,
+    solve,
+    straight,
+)
 
 
 @small
@@ -32,6 +40,24 @@ def ankle_caught(pose, free, c):
     m = mass_matrix_at(pose, free, c)
     foot, stance, swing = momenta(m, pose.dphi, pose.dalpha, pose.dbeta, c)
     dalpha, dbeta = rates_of(m, foot + stance, swing, c)
-    return Pose(
+    return straight(
         pose.phi, pose.alpha, pose.beta, dalpha, dalpha, dbeta, pose.foot, pose.stance, pose.swing
+    )
+
+
+@formula
+def knee_caught(pose, locked, bent, c):
+    """The pose just after knee strike, from the one just before.
+
+    Args:
+        locked, bent: the walker's chains with all joints but the hip locked, and with its knee
+            free. Of thigh and shank as one the first has the row already.
+    """
+    stance, thigh, shank = momenta(
+        mass_matrix_at(pose, bent, c), pose.dphi, pose.dtheta, pose.dbeta, c
+    )
+    m = mass_matrix(couplings(pose.foot, pose.stance, pose.swing, locked, c), locked, c)
+    dphi, _, dbeta = solve(m, stance, 0.0 * stance, thigh + shank, c)
+    return straight(
+        pose.phi, pose.alpha, pose.beta, dphi, dphi, dbeta, pose.foot, pose.stance, pose.swing
     )

@@ -17,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 
 from powered_walker_env.model.checks import one_of
-from powered_walker_env.model.phases import encode
+from powered_walker_env.model.knees import encode
 from powered_walker_env.model.powering.hip_torque import HIP
 from powered_walker_env.model.powering.motor import MOTOR
 from powered_walker_env.model.powering.passive import PASSIVE
