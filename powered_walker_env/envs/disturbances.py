@@ -74,5 +74,5 @@ def episode_params(params: WalkerParams, disturbance: Disturbance, draws: Array)
     if disturbance.parameters > 0:
         factors = np.exp(disturbance.parameters * draws[1:5])  # stays positive
         for field, factor in zip(SPREAD_FIELDS, factors.tolist(), strict=True):
-            changes[field] = getattr(params, field) * factor
+            changes[field] = params.number(field) * factor
     return params.replace(**changes) if changes else params

@@ -20,8 +20,8 @@ from powered_walker_env.envs.rewards import REWARDS, own_rewards
 from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
 from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
-from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.knees import encode
+from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import MOTOR
 from powered_walker_env.model.state import PostStrikeState

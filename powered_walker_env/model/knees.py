@@ -50,6 +50,7 @@ def encoded(cycle: Cycle) -> Encoded:
     Raises:
         ValueError: as `phases.code_of`.
     """
+    code_of(cycle, {})  # so that what is wrong with it is said of its own phases
     twins = _twins(cycle)
     names = {twin.name for twin in twins}
     own = {phase.name: bent(phase.name) for phase in cycle if bent(phase.name) in names}
@@ -75,9 +76,7 @@ def _twins(cycle: Cycle) -> Cycle:
         phase = waiting.pop(0)
         exits = [_with_bent_knee(exit, known) for exit in phase.exits]
         strike = Exit(Guard.KNEE_STRIKE, Reset.KNEE_STRIKE, phase.name)
-        twins.append(
-            Phase(bent(phase.name), Joints.KNEE_FREE, phase.torque, (strike, *exits))
-        )
+        twins.append(Phase(bent(phase.name), Joints.KNEE_FREE, phase.torque, (strike, *exits)))
         reached = {exit.to for twin in twins for exit in twin.exits}
         done = {twin.name for twin in (*twins, *waiting)}
         waiting += [p for p in cycle if bent(p.name) in reached and bent(p.name) not in done]

@@ -12,8 +12,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from powered_walker_env.model.checks import real_number, require
+from powered_walker_env.model.checks import require
 from powered_walker_env.model.knee import Knee, thigh_of
+from powered_walker_env.model.legs import composite_leg, kneed_leg
 from powered_walker_env.model.quantities import (
     ANKLE_ANGLE,
     ANY,
@@ -102,6 +103,25 @@ class WalkerParams:
         at_hip = self.com_along == self.leg_length and self.com_across == 0
         return at_hip and self.leg_inertia == 0
 
+    def number(self, name: str) -> float:
+        """One of the walker's numbers, or of its knee's, by the name of its field.
+
+        Raises:
+            ValueError: no such number; one of the knee of a walker that has none.
+        """
+        if name in quantities(WalkerParams):
+            return float(getattr(self, name))
+        known = quantities(Knee)
+        require(name in known, "name", f"be one of {', '.join(quantities(self) | known)}", name)
+        return float(getattr(self._has_knee(name), name))
+
+    def _has_knee(self, name: str) -> Knee:
+        if self.knee is None:
+            raise ValueError(
+                f"{name} must be of a walker with knees; this one has none: give knee=Knee(...)"
+            )
+        return self.knee
+
     def replace(self, **changes: Any) -> WalkerParams:
         """The same walker with some fields changed (and checked), those of its knee included.
 
@@ -112,12 +132,7 @@ class WalkerParams:
         of_knee = {name: changes.pop(name) for name in quantities(Knee) if name in changes}
         self._reject_unknown(changes)
         if of_knee:
-            knee = changes.get("knee", self.knee)
-            if knee is None:
-                raise ValueError(
-                    f"{next(iter(of_knee))} must be of a walker with knees; this one has none: "
-                    "give knee=Knee(...)"
-                )
+            knee = changes.get("knee") or self._has_knee(next(iter(of_knee)))
             changes["knee"] = dataclasses.replace(knee, **of_knee)
         return dataclasses.replace(self, **changes)
 
@@ -160,65 +175,34 @@ class WalkerParams:
             )
 
     @classmethod
-    def from_composite_leg(
-        cls,
-        *,
-        hip_mass: float,
-        frame_mass: float = 0.0,
-        foot_mass: float = 0.0,
-        leg_length: float = 1.0,
-        frame_com_along: float | None = None,
-        frame_com_across: float = 0.0,
-        frame_inertia: float | None = None,
-        **fields: Any,
-    ) -> WalkerParams:
+    def from_composite_leg(cls, *, hip_mass: float, **parts: Any) -> WalkerParams:
         """Assemble a leg from a hip mass, a frame and a foot mass at the ankle.
-
-        The parallel-axis theorem gives the leg's centre of mass and inertia. (The
-        listing's `init.m` does the same, but takes the frame's inertia for m L / 12 and
-        drops the offsets across the leg; its figures have no frame, so they are right.)
 
         Args:
             hip_mass: one leg's share of the hip, kg, at the hip.
-            frame_mass: kg, spread along the leg.
-            foot_mass: kg, at the ankle.
-            leg_length: m, ankle to hip.
-            frame_com_along: m from the ankle; the middle of the leg if left out.
-            frame_com_across: m across the leg, forward positive on the stance leg.
-            frame_inertia: kg m² about the frame's centre; a uniform rod's, m L²/12, if
-                left out.
-            **fields: any other field of `WalkerParams`.
+            **parts: what `legs.composite_leg` takes besides (`frame_mass`, `foot_mass`,
+                `leg_length`, ...), and any other field of `WalkerParams`.
 
         Raises:
             ValueError: a negative mass or inertia, or no mass at all.
         """
-        length = real_number("leg_length", leg_length)
-        parts = {"hip_mass": hip_mass, "frame_mass": frame_mass, "foot_mass": foot_mass}
-        masses = {name: real_number(name, value) for name, value in parts.items()}
-        for name, value in masses.items():
-            require(value >= 0, name, "not be negative", value)
-        hip, frame, foot = masses.values()
-        mass = hip + frame + foot
-        require(mass > 0, "hip_mass + frame_mass + foot_mass", "be positive", mass)
-        middle = 0.5 * length if frame_com_along is None else frame_com_along
-        frame_along = real_number("frame_com_along", middle)
-        frame_across = real_number("frame_com_across", frame_com_across)
-        rod = frame * length**2 / 12 if frame_inertia is None else frame_inertia
-        spin = real_number("frame_inertia", rod)
-        require(spin >= 0, "frame_inertia", "not be negative", spin)
-        along = (hip * length + frame * frame_along) / mass
-        across = frame * frame_across / mass
-        inertia = (
-            spin
-            + frame * ((frame_along - along) ** 2 + (frame_across - across) ** 2)
-            + hip * ((length - along) ** 2 + across**2)
-            + foot * (along**2 + across**2)
-        )
-        return cls(
-            leg_length=length,
-            leg_mass=mass,
-            leg_inertia=inertia,
-            com_along=along,
-            com_across=across,
-            **fields,
-        )
+        return cls(**composite_leg(hip_mass=hip_mass, **parts))
+
+    @classmethod
+    def from_kneed_leg(
+        cls, *, hip_mass: float, thigh_mass: float, shank_mass: float, **parts: Any
+    ) -> WalkerParams:
+        """Assemble a leg with a knee from a hip mass, a thigh, a shank and a foot at the ankle.
+
+        Args:
+            hip_mass: one leg's share of the hip, kg, at the hip.
+            thigh_mass, shank_mass: kg.
+            **parts: what `legs.kneed_leg` takes besides (`thigh_length`, `shank_length`,
+                `foot_mass`, ...), and any other field of `WalkerParams`.
+
+        Raises:
+            ValueError: a negative mass or inertia, a segment without length.
+        """
+        masses = {"hip_mass": hip_mass, "thigh_mass": thigh_mass, "shank_mass": shank_mass}
+        fields, knee = kneed_leg(**masses, **parts)
+        return cls(**fields, knee=knee)

@@ -122,7 +122,7 @@ class Painter(Canvas):
                 self._paint_foot(
                     scene, pose.swing_foot, pose.swing_ankle, pose.swing_foot_angle, faded
                 )
-                self._paint_leg(pose.swing_ankle, pose.hip, faded, 5.0)
+                self._paint_leg(pose.swing_ankle, pose.swing_knee, pose.hip, faded, 5.0)
         self.disc(HIP, pose.hip, 13.0)
         self.disc(mixed(HIP, SKY, 0.35), pose.hip, 4.5)
 
@@ -133,14 +133,20 @@ class Painter(Canvas):
             half = 0.5 * self._glow.get_width()
             self.surface.blit(self._glow, (x - half, y - half))
         self._paint_foot(scene, pose.foot, pose.ankle, pose.foot_angle, colour)
-        self._paint_leg(pose.ankle, pose.hip, colour, 6.4)
+        self._paint_leg(pose.ankle, pose.knee, pose.hip, colour, 6.4)
         self.disc(LINE, pose.foot - scene.params.foot_radius, 3.0)  # the contact point
         if scene.motor_on:
             self.disc(HIP, pose.ankle, 5.6)
             self.disc(MOTOR, pose.ankle, 4.2)
 
-    def _paint_leg(self, ankle: complex, hip: complex, colour: Colour, width: float) -> None:
-        self.line(colour, ankle, hip, width)
+    def _paint_leg(
+        self, ankle: complex, knee: complex, hip: complex, colour: Colour, width: float
+    ) -> None:
+        self.line(colour, knee, hip, width)
+        if knee != ankle:
+            self.line(colour, ankle, knee, width)
+            self.disc(colour, knee, 0.9 * width)
+            self.disc(SKY, knee, 0.35 * width)
         self.disc(colour, ankle, 4.8)
         self.disc(SKY, ankle, 2.1)
 

@@ -167,7 +167,7 @@ class Renderer:
         stretch = self._stretch = Stretch(
             params=trajectory.params,
             t=t,
-            q=trajectory.q,
+            q=np.column_stack([trajectory.q, trajectory.knee[:, 0]]),
             foot=foot,
             motor_on=trajectory.motor_on,
             stride=trajectory.stride - int(trajectory.stride[0]) + self._strides,
@@ -180,7 +180,7 @@ class Renderer:
 
     def _stand(self, state: PostStrikeState) -> None:
         lock, stance = self.params.locked_ankle_angle, state.stance_angle
-        q = np.array([[stance - lock, lock, state.swing_angle + math.pi - stance]])
+        q = np.array([[stance - lock, lock, state.swing_angle + math.pi - stance, 0.0]])
         t, foot = np.zeros(1), np.array([[0.0, self.params.foot_radius]])
         nothing, first = np.zeros(1, bool), np.zeros(1, np.int64)
         camera = self._film(t, q, foot, first)

@@ -26,7 +26,9 @@ class Pose(NamedTuple):
 
     foot: complex  # centre of the stance foot
     ankle: complex
+    knee: complex  # where there is none, the ankle, as below
     hip: complex
+    swing_knee: complex
     swing_ankle: complex
     swing_foot: complex  # centre of the swing foot
     foot_angle: float  # φ: centre to ankle, from the floor's normal
@@ -34,14 +36,23 @@ class Pose(NamedTuple):
 
     @classmethod
     def of(cls, foot: complex, q: Sequence[float], params: WalkerParams) -> Pose:
-        """The pose with the stance foot's centre at `foot` and relative angles q1, q2, q3."""
+        """The pose with the stance foot's centre at `foot`.
+
+        Args:
+            q: relative angles q1, q2, q3, and the flexion of the swing knee.
+        """
         D, L, lock = params.foot_length, params.leg_length, params.locked_ankle_angle
-        phi, alpha, beta = q[0], q[0] + q[1], q[0] + q[1] + q[2]
+        shank = 0.0 if params.knee is None else params.knee.shank_length
+        phi, alpha, theta = q[0], q[0] + q[1], q[0] + q[1] + q[2]
+        beta = theta + q[3]
         ankle = foot + cmath.rect(D, phi)
         hip = ankle + cmath.rect(L, alpha)
-        swing_ankle = hip + cmath.rect(L, beta)
+        knee, swing_knee = ankle + cmath.rect(shank, alpha), hip + cmath.rect(L - shank, theta)
+        swing_ankle = swing_knee + cmath.rect(shank, beta)
         swing_foot = swing_ankle + cmath.rect(D, beta - lock)
-        return cls(foot, ankle, hip, swing_ankle, swing_foot, phi, beta - lock - math.pi)
+        return cls(
+            foot, ankle, knee, hip, swing_knee, swing_ankle, swing_foot, phi, beta - lock - math.pi
+        )
 
 
 class Floor:
@@ -95,7 +106,7 @@ class Stretch:
 
     params: WalkerParams
     t: Array  # (n,) s
-    q: Array  # (n, 3) rad
+    q: Array  # (n, 4) rad, as `Pose.of` takes them
     foot: Array  # (n, 2) m, forward and up
     motor_on: npt.NDArray[np.bool_]  # (n,)
     stride: npt.NDArray[np.int64]  # (n,)

@@ -167,7 +167,7 @@ def replaced(
 
 def value_of(params: WalkerParams, control: AnyControl | Policy | None, name: str) -> float:
     """The value of a parameter in a walker and its control."""
-    return float(getattr(control if name in CONTROL_NUMBERS else params, name))
+    return float(getattr(control, name) if name in CONTROL_NUMBERS else params.number(name))
 
 
 def _pair(bounds: Bounds) -> Bounds:

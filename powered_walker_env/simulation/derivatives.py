@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.knees import encode
+from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.powering import (
     CONTROL_NUMBERS,

@@ -27,11 +27,13 @@ from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive, flow
 from powered_walker_env.model.mechanics.chain import Pose, bent, pose_of
 from powered_walker_env.model.mechanics.constants import (
+    BENT_CHAIN,
     CHAIN,
     CHAIN_SIZE,
-    CHAINS,
     CONSTANTS,
     CONSTANTS_SIZE,
+    FREE_CHAIN,
+    LOCKED_CHAIN,
     OWN,
 )
 from powered_walker_env.model.mechanics.ground import Held
@@ -241,9 +243,9 @@ def copy_walker(s, w, lane, rows, row):
     for i in range(CONSTANTS_SIZE):
         w.constants[i, lane] = rows[row, OWN + i]
     for i in range(CHAIN_SIZE):
-        w.locked_chain[i, lane] = rows[row, CHAINS + i]
-        w.free_chain[i, lane] = rows[row, CHAINS + CHAIN_SIZE + i]
-        w.bent_chain[i, lane] = rows[row, CHAINS + 2 * CHAIN_SIZE + i]
+        w.locked_chain[i, lane] = rows[row, LOCKED_CHAIN + i]
+        w.free_chain[i, lane] = rows[row, FREE_CHAIN + i]
+        w.bent_chain[i, lane] = rows[row, BENT_CHAIN + i]
     c = _constants_lane(w.constants, lane)
     s.unit[0, lane] = math.sqrt(c.L / abs(c.g))
     s.walker[0, lane] = row + 1

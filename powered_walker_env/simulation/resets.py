@@ -79,7 +79,10 @@ def after_reset(reset, pose, impulse, chains, c):
 def apply_resets(s, w, pose):
     """Write the poses after the resets to s.struck; energy lost, the push's work, way travelled."""
     c, free, reset = constants_lanes(w.constants), chain_lanes(w.free_chain), load(s.reset, 0)
-    impulse, chains = load(s.impulse, 0), (chain_lanes(w.locked_chain), free, chain_lanes(w.bent_chain))
+    impulse, chains = (
+        load(s.impulse, 0),
+        (chain_lanes(w.locked_chain), free, chain_lanes(w.bent_chain)),
+    )
     struck = after_reset(reset, pose, impulse, chains, c)
     store_pose(s, struck)
     if bits(~(reset == CONTINUE)):

@@ -37,10 +37,12 @@ from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import ankle_torque
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix
 from powered_walker_env.model.mechanics.constants import (
+    BENT_CHAIN,
     CHAIN_SIZE,
-    CHAINS,
     CONSTANTS,
     CONSTANTS_SIZE,
+    FREE_CHAIN,
+    LOCKED_CHAIN,
     OWN,
 )
 from powered_walker_env.model.mechanics.ground import travel
@@ -139,9 +141,9 @@ def _copy_walker(d, e, lane, row):
     for i in range(CONSTANTS_SIZE):
         e.constants[i, lane] = d.walkers[row, OWN + i]
     for i in range(CHAIN_SIZE):
-        e.locked_chain[i, lane] = d.walkers[row, CHAINS + i]
-        e.free_chain[i, lane] = d.walkers[row, CHAINS + CHAIN_SIZE + i]
-        e.bent_chain[i, lane] = d.walkers[row, CHAINS + 2 * CHAIN_SIZE + i]
+        e.locked_chain[i, lane] = d.walkers[row, LOCKED_CHAIN + i]
+        e.free_chain[i, lane] = d.walkers[row, FREE_CHAIN + i]
+        e.bent_chain[i, lane] = d.walkers[row, BENT_CHAIN + i]
 
 
 @once

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.knees import encode
+from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.phases import Cycle, Outcome
 from powered_walker_env.model.powering import (
     AnyControl,
@@ -34,6 +34,7 @@ class Final(NamedTuple):
 
     q: tuple[float, float, float]  # rad: foot to vertical, ankle, hip
     u: tuple[float, float, float]  # rad/s
+    knee: tuple[float, float]  # rad, rad/s: flexion of the swing knee; 0 if it is straight
 
 
 @dataclass(frozen=True)
@@ -71,18 +72,28 @@ class StrideBatch:
 
     @property
     def final(self) -> Array:
-        """(N, 6) (φ, α, β) and their rates at the ends, before any heel strike."""
+        """(N, 6) (φ, α, β) and their rates at the ends, before any heel strike; β is the shank's
+        where the knee is bent."""
         return self.results[:, record.FINAL]
 
     @property
     def final_q(self) -> Array:
         """(N, 3) rad, relative angles at the ends, before any heel strike."""
-        return relative(self.final[:, :3])
+        return self._motion[0]
 
     @property
     def final_u(self) -> Array:
         """(N, 3) rad/s, their rates."""
-        return relative(self.final[:, 3:])
+        return self._motion[1]
+
+    @property
+    def final_knee(self) -> Array:
+        """(N, 2) rad and rad/s, flexion of the swing knee at the ends; 0 if it is straight."""
+        return self._motion[2]
+
+    @property
+    def _motion(self) -> tuple[Array, Array, Array]:
+        return joint_motion(self.final, self.results[:, record.FINAL_THIGH])
 
     @property
     def walked(self) -> NDArray[np.bool_]:
@@ -207,9 +218,18 @@ def run_batch(
     return StrideBatch(outcomes, results)
 
 
-def relative(absolute: Array) -> Array:
-    """Relative angles (or rates) from absolute ones: (φ, α, β) to (q1, q2, q3), (..., 3)."""
-    return np.concatenate([absolute[..., :1], np.diff(absolute, axis=-1)], axis=-1)
+def joint_motion(pose: Array, thigh: Array) -> tuple[Array, Array, Array]:
+    """Relative angles (q1, q2, q3), their rates, and the swing knee's flexion with its rate.
+
+    Args:
+        pose: (..., 6) φ, α, β and their rates; thigh: (..., 2) θ and its rate.
+    """
+    leg = np.stack([pose[..., 2], pose[..., 5]], axis=-1) - thigh
+    absolute = pose.copy()
+    absolute[..., 2], absolute[..., 5] = thigh[..., 0], thigh[..., 1]
+    absolute[..., 1:3] -= pose[..., :2]
+    absolute[..., 4:6] -= pose[..., 3:5]
+    return absolute[..., :3], absolute[..., 3:], leg
 
 
 def _run(
@@ -268,9 +288,14 @@ def outcomes_of(results: Array) -> NDArray[np.int64]:
 def _stride_of(row: Array, outcome: Outcome) -> Stride:
     values = row.tolist()
     phi, alpha, beta, dphi, dalpha, dbeta = values[record.FINAL]
+    theta, dtheta = values[record.FINAL_THIGH]
     return Stride(
         PostStrikeState(*values[record.STATE]),
-        Final((phi, alpha - phi, beta - alpha), (dphi, dalpha - dphi, dbeta - dalpha)),
+        Final(
+            (phi, alpha - phi, theta - alpha),
+            (dphi, dalpha - dphi, dtheta - dalpha),
+            (beta - theta, dbeta - dtheta),
+        ),
         outcome,
         *values[record.DURATION : record.OUTCOME],
     )

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.mechanics.constants import pack
 from powered_walker_env.model.knees import encode, encoded
-from powered_walker_env.model.phases import Outcome, Phase, Torque
+from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.phases import Cycle, Outcome, Torque
 from powered_walker_env.model.powering import (
     AnyControl,
     Policy,
@@ -25,7 +25,7 @@ from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import hand_over, kernel, record
 from powered_walker_env.simulation.arguments import Array, check_rtol, rows_of
-from powered_walker_env.simulation.strides import NO_ROWS, relative
+from powered_walker_env.simulation.strides import NO_ROWS, joint_motion
 
 EVENT_ROWS = 4 * hand_over.MAX_PHASES  # rows that the events of a stride can need
 
@@ -52,7 +52,8 @@ class Trajectory:
     t: Array  # (n,) s
     q: Array  # (n, 3) rad: foot to vertical q1, ankle q2, hip q3
     u: Array  # (n, 3) rad/s
-    phase: NDArray[np.int64]  # (n,) index of the phase in the walker's cycle
+    knee: Array  # (n, 2) rad and rad/s, flexion of the swing knee; 0 while it is straight
+    phase: NDArray[np.int64]  # (n,) index of the phase (`knees.encoded` lists them)
     foot: Array  # (n, 2) m, centre of the stance foot
     stride: NDArray[np.int64]  # (n,) number of the stride
     ground: Array  # (m+1,) m, height of the ground under each stance foot, and the last landing
@@ -73,7 +74,7 @@ class Trajectory:
 class LoggedStride(NamedTuple):
     """One stride with its samples."""
 
-    log: Array  # (n, 8): t, φ, α, β, their rates, phase
+    log: Array  # (n, record.LOG_COLUMNS): time, pose, thigh, phase
     result: Array  # (record.RESULTS,)
     outcome: Outcome
 
@@ -152,7 +153,7 @@ def walk(
     for height in heights:
         chosen = powered.control_of(rows_of(control, np.array([checked]))[0])
         logged = log_stride(checked, chosen, params, float(height), rtol, sample_interval)
-        builder.add(logged, encoded(powered.cycle).phases, float(height))
+        builder.add(logged, powered.cycle, float(height))
         if logged.outcome != Outcome.WALKED:
             break
         checked = PostStrikeState(*logged.result[record.STATE].tolist())
@@ -180,17 +181,17 @@ class TrajectoryBuilder:
         self._motor: list[NDArray[np.bool_]] = []
         self._events: list[Event] = []
 
-    def add(self, logged: LoggedStride, cycle: tuple[Phase, ...], height: float) -> None:
-        """Append a stride that walked onto ground `height` higher."""
-        params, number = self.params, len(self._pieces)
+    def add(self, logged: LoggedStride, cycle: Cycle, height: float) -> None:
+        """Append a stride of a scheme's cycle that walked onto ground `height` higher."""
+        params, number, phases = self.params, len(self._pieces), encoded(cycle).phases
         log = logged.log
         t = self._t + log[:, 0]
         rolled = params.foot_radius * (log[:, 1] - log[0, 1])
         up = np.full(len(log), self._ground[-1] + params.foot_radius)
         self._pieces.append((t, log, np.stack([self._landings[-1] + rolled, up], 1), number))
-        on = np.array([phase.torque == Torque.MOTOR for phase in cycle])
+        on = np.array([phase.torque == Torque.MOTOR for phase in phases])
         self._motor.append(on[log[:, record.LOG_PHASE].astype(np.int64)])
-        self._note_events(t, log, cycle, number)
+        self._note_events(t, log, phases, number)
         self._t = float(t[-1])
         if logged.outcome == Outcome.WALKED:
             self._landings.append(self._landings[-1] + float(logged.result[record.STEP_LENGTH]))
@@ -201,12 +202,12 @@ class TrajectoryBuilder:
         self._states.append(logged.result[record.STATE].copy())
         self._outcome = logged.outcome
 
-    def _note_events(self, t: Array, log: Array, cycle: tuple[Phase, ...], number: int) -> None:
-        phases = log[:, record.LOG_PHASE]
-        last_rows = [*np.flatnonzero(np.diff(phases)), len(log) - 1]
+    def _note_events(self, t: Array, log: Array, phases: Cycle, number: int) -> None:
+        index = log[:, record.LOG_PHASE].astype(np.int64)
+        last_rows = [*np.flatnonzero(np.diff(index)), len(log) - 1]
         for row in last_rows:
-            q, u = relative(log[row, 1:4]), relative(log[row, 4:7])
-            name = cycle[int(phases[row])].name
+            q, u, _ = joint_motion(log[row, record.LOG_POSE], log[row, record.LOG_THIGH])
+            name = phases[index[row]].name
             self._events.append(
                 Event(float(t[row]), name, number, tuple(q.tolist()), tuple(u.tolist()))
             )
@@ -214,11 +215,13 @@ class TrajectoryBuilder:
     def build(self) -> Trajectory:
         """The walk so far."""
         log = np.concatenate([piece[1] for piece in self._pieces])
+        q, u, knee = joint_motion(log[:, record.LOG_POSE], log[:, record.LOG_THIGH])
         return Trajectory(
             params=self.params,
             t=np.concatenate([piece[0] for piece in self._pieces]),
-            q=relative(log[:, 1:4]),
-            u=relative(log[:, 4:7]),
+            q=q,
+            u=u,
+            knee=knee,
             phase=log[:, record.LOG_PHASE].astype(np.int64),
             foot=np.concatenate([piece[2] for piece in self._pieces]),
             stride=np.concatenate([np.full(len(p[0]), p[3]) for p in self._pieces]),

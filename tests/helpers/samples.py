@@ -31,12 +31,12 @@ def constants(params: WalkerParams) -> Constants:
 
 def locked_chain(params: WalkerParams) -> Chain:
     """Its links with the ankle locked."""
-    return chains_of(params)[0]
+    return chains_of(params).locked
 
 
 def free_chain(params: WalkerParams) -> Chain:
     """Its links with the ankle free."""
-    return chains_of(params)[1]
+    return chains_of(params).free
 
 
 def pose(y: Any) -> Pose:

@@ -10,9 +10,9 @@ import pytest
 
 from powered_walker_env import PRESETS, WalkerParams
 from powered_walker_env.model.mechanics.constants import (
+    BENT_CHAIN,
     CHAIN,
     CONSTANTS,
-    FREE_CHAIN,
     LOCKED_CHAIN,
     NUMBERS,
     OWN,
@@ -52,7 +52,7 @@ def test_a_row_is_its_parts_in_order_each_of_its_size() -> None:
             *CHAIN.columns(chains[0]), *CHAIN.columns(chains[1]),
         ]  # fmt: skip
         assert row.tolist() == columns
-        assert len(row) == ROW == FREE_CHAIN + CHAIN.size
+        assert len(row) == ROW == BENT_CHAIN + CHAIN.size
         assert OWN + CONSTANTS.size == LOCKED_CHAIN
 
 

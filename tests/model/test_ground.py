@@ -23,7 +23,7 @@ from tests.helpers.samples import (
     relative,
 )
 
-FREE, LOCKED = False, True  # the ankle
+FREE, LOCKED = ground.Held(False, True), ground.Held(True, True)  # the ankle, the knee
 TOGETHER = 1e-4
 
 
@@ -132,8 +132,8 @@ def test_height_with_a_free_ankle_or_over_a_step_is_that_above_that_ground() -> 
         height, _ = ground.clearance(at, c)
         level = ground.height_over_ground(FREE, at, 0.0, c)
         assert level == pytest.approx(height / L, rel=1e-15)
-        for locked in (FREE, LOCKED):
-            value = ground.height_over_ground(locked, at, step, c)
+        for held in (FREE, LOCKED):
+            value = ground.height_over_ground(held, at, step, c)
             assert value == pytest.approx((height - step) / L, rel=1e-14)
 
 

@@ -11,27 +11,28 @@ from powered_walker_env.model.mechanics import ground, guards
 from powered_walker_env.model.mechanics.actuation import Drive
 from powered_walker_env.model.mechanics.chain import Pose
 from powered_walker_env.model.mechanics.constants import chains_of
+from powered_walker_env.model.mechanics.ground import Held
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
 from powered_walker_env.model.phases import Guard, Outcome
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers.samples import constants, pose, random_motion, random_walkers
 
-FREE, LOCKED = False, True  # the ankle
+FREE, LOCKED = Held(ankle=False, knee=True), Held(ankle=True, knee=True)
 THESIS = WalkerParams()
 HALF = 0.5 * math.pi
 FALLS = [guard for guard in Guard if guard >= FIRST_FALL]
 NOTHING = Drive(0.0, 0.0)
 
 
-def value(guard: Guard, locked: bool, at: Pose, params: WalkerParams, step: float = 0.0) -> float:
+def value(guard: Guard, held: Held, at: Pose, params: WalkerParams, step: float = 0.0) -> float:
     """Of a guard whose switch angle is 2.9 rad, where no torque acts."""
     aims, chains = Aims(2.9, step), chains_of(params)
-    return float(guards.value_of(int(guard), locked, at, NOTHING, aims, chains, constants(params)))
+    return float(guards.value_of(int(guard), held, at, NOTHING, aims, chains, constants(params)))
 
 
-def upright(locked: bool, at: Pose, params: WalkerParams) -> float:
+def upright(held: Held, at: Pose, params: WalkerParams) -> float:
     """The least of the guards against falls."""
-    return min(value(guard, locked, at, params) for guard in FALLS)
+    return min(value(guard, held, at, params) for guard in FALLS)
 
 
 def test_every_guard_but_never_is_in_the_table_and_falls_come_last() -> None:
@@ -50,10 +51,10 @@ def test_switch_is_the_fall_of_the_hip_angle_to_the_switch_angle() -> None:
 def test_guard_of_a_landing_is_the_height_over_the_ground_ahead() -> None:
     rng = np.random.default_rng(7)
     for params in random_walkers(7, 20):
-        for locked in (FREE, LOCKED):
+        for held in (FREE, LOCKED):
             at, step = pose(random_motion(rng)), rng.choice([0.0, 0.02])
-            expected = ground.height_over_ground(locked, at, step, constants(params))
-            assert value(Guard.LANDING, locked, at, params, step) == expected
+            expected = ground.height_over_ground(held, at, step, constants(params))
+            assert value(Guard.LANDING, held, at, params, step) == expected
 
 
 def standing(**changes: float) -> Pose:
@@ -63,8 +64,8 @@ def standing(**changes: float) -> Pose:
 
 
 def test_walker_in_mid_stride_is_upright_in_both_modes() -> None:
-    for locked in (FREE, LOCKED):
-        assert upright(locked, standing(), THESIS) > 0.1
+    for held in (FREE, LOCKED):
+        assert upright(held, standing(), THESIS) > 0.1
 
 
 NAMED = [
@@ -79,13 +80,13 @@ NAMED = [
 ]
 
 
-@pytest.mark.parametrize(("locked", "angles", "guard", "outcome"), NAMED)
+@pytest.mark.parametrize(("held", "angles", "guard", "outcome"), NAMED)
 def test_each_fall_is_where_its_guard_vanishes_and_has_its_name(
-    locked: bool, angles: dict[str, float], guard: Guard, outcome: Outcome
+    held: Held, angles: dict[str, float], guard: Guard, outcome: Outcome
 ) -> None:
     at = standing(**angles)
-    assert value(guard, locked, at, THESIS) == pytest.approx(0, abs=1e-15)
-    others = [value(other, locked, at, THESIS) for other in FALLS if other != guard]
+    assert value(guard, held, at, THESIS) == pytest.approx(0, abs=1e-15)
+    others = [value(other, held, at, THESIS) for other in FALLS if other != guard]
     assert min(others) > 0.04  # and no other's does
     assert guards.fall_outcome(int(guard), at.stance.imag, at.foot.imag) == outcome
 

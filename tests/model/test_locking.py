@@ -17,6 +17,7 @@ from powered_walker_env.model.mechanics.chain import mass_matrix_at, momenta
 from powered_walker_env.model.mechanics.locking import ankle_caught
 from powered_walker_env.model.phases import Outcome, Torque
 from powered_walker_env.model.powering import StoppedControl
+from powered_walker_env.simulation import record
 from powered_walker_env.simulation.trajectory import log_stride
 from tests.helpers import derivation as d
 from tests.helpers.derivation import TO_ABSOLUTE, Array
@@ -175,7 +176,7 @@ def walk(of: Walk, interval: float = 0.0) -> tuple[WalkerParams, StoppedControl,
 
 def test_the_stop_lets_go_where_it_has_nothing_to_hold() -> None:
     params, control, log = walk(LETS_GO, 0.01)
-    held = log[log[:, 7] == HELD]
+    held = log[log[:, record.LOG_PHASE] == HELD]
     spare = [needed_torque(*relative(row[1:7]), params) - control.stall_torque for row in held]
     unit = params.leg_mass * params.gravity * params.leg_length
     assert len(spare) > 20
@@ -191,7 +192,7 @@ def test_strides_with_a_stop_are_those_of_a_second_integrator(of: Walk) -> None:
     ours = stride(state, control, params, rtol=1e-13)
     assert ours.state == pytest.approx(other.state, abs=2e-11)
     assert ours.duration == pytest.approx(other.landing.t, abs=2e-11)
-    phases, times = log[:, 7], log[:, 0]
+    phases, times = log[:, record.LOG_PHASE], log[:, 0]
     entered = [i for i in range(1, len(log)) if phases[i] != phases[i - 1]]
     released = [times[i] for i in entered if phases[i] == POWERED]
     stopped = [times[i] for i in entered if phases[i] == HELD and phases[i - 1] == POWERED]

@@ -29,6 +29,7 @@ from powered_walker_env.model.mechanics import guards
 from powered_walker_env.model.mechanics.actuation import Drive, ankle_torque, flow
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix, pose_of
 from powered_walker_env.model.mechanics.constants import (
+    BENT_CHAIN,
     CHAIN,
     CONSTANTS,
     FREE_CHAIN,
@@ -38,6 +39,7 @@ from powered_walker_env.model.mechanics.constants import (
     row_tangents,
     rows_from_own,
 )
+from powered_walker_env.model.mechanics.ground import Held
 from powered_walker_env.model.mechanics.guards import Aims, value_of
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.mechanics.locking import ankle_caught
@@ -105,7 +107,9 @@ def evaluate(block):
     aims, acting = Aims(switch_angle, load(b.control, 1)), Drive(strength, 0.1 * strength)
     for guard in range(1, GUARDS):
         mask = load(b.ankle_locked, 0) > 0.0
-        found = value_of(guard, mask, at, acting, aims, (locked, free), c)
+        found = value_of(
+            guard, Held(mask, load(b.ankle_locked, 0) >= 0.0), at, acting, aims, (locked, free), c
+        )
         store(b.guards, guard, found.value)
         store(b.guards, GUARDS + guard, found.tangent)
     keep(b.strike, heel_strike(at, free, c))
@@ -148,7 +152,7 @@ class Case(NamedTuple):
         row = self.row()
         return (
             CONSTANTS.of(row[OWN:LOCKED_CHAIN]), CHAIN.of(row[LOCKED_CHAIN:FREE_CHAIN]),
-            CHAIN.of(row[FREE_CHAIN:]),
+            CHAIN.of(row[FREE_CHAIN:BENT_CHAIN]),
         )  # fmt: skip
 
 
@@ -176,7 +180,9 @@ def by_python(case: Case) -> dict[str, Array]:
         if guard == Guard.RELEASE:
             values.append(guards.holding_torque.py_func(at, acting, locked, free, c))
         else:
-            values.append(value_of(guard, case.ankle_locked, at, acting, aims, (locked, free), c))
+            values.append(
+                value_of(guard, Held(case.ankle_locked, True), at, acting, aims, (locked, free), c)
+            )
     return {
         "guards": np.array(values),
         "strike": state_of(heel_strike(at, free, c)),
@@ -198,7 +204,7 @@ def by_lanes(cases: list[Case]) -> dict[str, Array]:
         ("ankle_locked", [[float(case.ankle_locked)] for case in cases]),
         ("constants", row[:, OWN:LOCKED_CHAIN]), ("dconstants", by[:, OWN:LOCKED_CHAIN]),
         ("locked", row[:, LOCKED_CHAIN:FREE_CHAIN]), ("dlocked", by[:, LOCKED_CHAIN:FREE_CHAIN]),
-        ("free", row[:, FREE_CHAIN:]), ("dfree", by[:, FREE_CHAIN:]),
+        ("free", row[:, FREE_CHAIN:BENT_CHAIN]), ("dfree", by[:, FREE_CHAIN:BENT_CHAIN]),
     ):  # fmt: skip
         rows[BLOCK.slice(name)] = np.transpose(numbers)
     evaluate(block)
@@ -250,7 +256,7 @@ def test_the_chain_s_own_tangents_are_those_of_differences(physics: str) -> None
         row = case.row()
         by = row_tangents(case.own[np.newaxis], case.down)[0]
         c, dc = CONSTANTS.of(row[OWN:LOCKED_CHAIN]), CONSTANTS.of(by[OWN:LOCKED_CHAIN])
-        for cut in (slice(LOCKED_CHAIN, FREE_CHAIN), slice(FREE_CHAIN, None)):
+        for cut in (slice(LOCKED_CHAIN, FREE_CHAIN), slice(FREE_CHAIN, BENT_CHAIN)):
             chain, dchain = CHAIN.of(row[cut]), CHAIN.of(by[cut])
             alone = chain.ankle == 0.0  # the leg is no link of its own
             y = np.where([False, alone, False, False, alone, False], 0.0, case.y)

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.phases import MAX_EXITS, Cycle, Exit, Guard, Joints, Outcome, Phase, Reset, Torque
+from powered_walker_env.model.phases import (
+    MAX_EXITS,
+    Cycle,
+    Exit,
+    Guard,
+    Joints,
+    Outcome,
+    Phase,
+    Reset,
+    Torque,
+)
 from powered_walker_env.model.powering import PASSIVE_WALKER, POWERED_WALKER
 from tests.helpers.derivation import Array
 

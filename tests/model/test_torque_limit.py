@@ -13,6 +13,7 @@ from powered_walker_env import PRESETS, Control, WalkerParams, stride
 from powered_walker_env.model.mechanics import actuation
 from powered_walker_env.model.phases import Outcome, Torque
 from powered_walker_env.model.powering import ToeOff
+from powered_walker_env.simulation import record
 from powered_walker_env.simulation.trajectory import log_stride
 from tests.helpers.samples import POWERED, constants, pose, random_walkers, sprung
 from tests.helpers.second_integrator import motor, stride_otherwise
@@ -78,7 +79,7 @@ def test_electrical_energy_is_the_no_load_speed_times_the_torques_impulse(which:
     params, control = limited(LIMITS[which]), ROUND.control
     assert isinstance(control, Control)
     log = log_stride(ROUND.state, control, params, 0.0, 1e-13, 5e-4).log
-    part = log[log[:, 7] == POWERED_PHASE]
+    part = log[log[:, record.LOG_PHASE] == POWERED_PHASE]
     times = part[:, 0]
     line = control.stall_torque * (1.0 + (part[:, 5] - part[:, 4]) / params.no_load_speed)
     good = np.concatenate([[True], np.diff(times) > 1e-9])  # both sides of an event are there
@@ -107,7 +108,7 @@ def test_motor_draws_at_least_what_it_does_and_the_rest_is_its_resistance() -> N
     assert isinstance(control, Control)
     ours = stride(state, control, params, rtol=1e-13)
     log = log_stride(state, control, params, 0.0, 1e-13, 5e-4).log
-    part = log[log[:, 7] == POWERED_PHASE]
+    part = log[log[:, record.LOG_PHASE] == POWERED_PHASE]
     part = part[np.concatenate([[True], np.diff(part[:, 0]) > 1e-9])]
     speed = part[:, 4] - part[:, 5]
     torque = control.stall_torque * (1.0 - speed / params.no_load_speed)

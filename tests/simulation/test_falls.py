@@ -133,7 +133,7 @@ def test_no_guard_has_been_down_along_a_stride_before_its_end(rtol: float) -> No
         assert logged.outcome == batch.outcome[i]
         log = logged.log[:-1]
         values = guards(log[:, 1:4], params)
-        values[log[:, 7] == 0, 3] = 1.0  # a locked foot may point anywhere
+        values[log[:, record.LOG_PHASE] == 0, 3] = 1.0  # a locked foot may point anywhere
         assert values.min() > -10.0 * rtol
         seen += len(log)
     assert seen > 5000

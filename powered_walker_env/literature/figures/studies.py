@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from powered_walker_env.model.mechanics.actuation import accelerations_at, drive
 from powered_walker_env.model.mechanics.chain import pose_of
 from powered_walker_env.model.mechanics.constants import chains_of, constants_of
-from powered_walker_env.model.phases import Torque
+from powered_walker_env.model.phases import Joints, Torque
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
@@ -155,7 +155,7 @@ def motor_start_acceleration(gait: Gait) -> float:
     pose = pose_of(phi, alpha, beta, dphi, dphi, dphi + hip_rate)
     motor = drive(Torque.MOTOR, control.stall_torque)
     chains, c = chains_of(gait.params), constants_of(gait.params)
-    ddphi, ddalpha, _ = accelerations_at(pose, True, motor, chains, c)
+    ddphi, ddalpha, *_ = accelerations_at(pose, Joints.ANKLE_FREE, motor, chains, c)
     return float(ddalpha - ddphi)
 
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from powered_walker_env.compiled.decorators import formula, small
 from powered_walker_env.compiled.lanes import where
-from powered_walker_env.model.mechanics.chain import accelerations
-from powered_walker_env.model.mechanics.constants import Chain, Constants
-from powered_walker_env.model.phases import Torque
+from powered_walker_env.model.mechanics.chain import Pose, accelerations
+from powered_walker_env.model.mechanics.constants import Chains, Constants
+from powered_walker_env.model.phases import Joints, Torque
 
 
 class Drive(NamedTuple):
@@ -59,12 +59,29 @@ def flow(y, acting, chain, c):
     return y[3], y[4], y[5], d1, d2, d3
 
 
+class Accelerations(NamedTuple):
+    """Of one walker at a pose, rad/s²."""
+
+    phi: float  # foot
+    alpha: float  # stance leg
+    theta: float  # thigh of the swing leg
+    beta: float  # swing leg, or its shank
+
+
 def accelerations_at(
-    pose: Any, ankle_free: bool, acting: Drive, chains: tuple[Chain, Chain], c: Constants
-) -> tuple[float, float, float]:
-    """(φ'', α'', β'') of one walker at a pose, in Python; `chains`: ankle locked, ankle free."""
-    y = (pose.phi, pose.alpha, pose.beta, pose.dphi, pose.dalpha, pose.dbeta)
-    if ankle_free:
-        return flow(y, acting, chains[1], c)[3:]
-    *_, ddphi, _, ddbeta = flow((y[0], 0.0, y[2], y[3], 0.0, y[5]), acting, chains[0], c)
-    return ddphi, ddphi, ddbeta
+    pose: Pose, joints: Joints, acting: Drive, chains: Chains, c: Constants
+) -> Accelerations:
+    """Angular accelerations of one walker at a pose, in Python."""
+    second = {
+        Joints.ANKLE_LOCKED: (0.0, 0.0),
+        Joints.ANKLE_FREE: (pose.alpha, pose.dalpha),
+        Joints.KNEE_FREE: (pose.theta, pose.dtheta),
+    }[joints]
+    y = (pose.phi, second[0], pose.beta, pose.dphi, second[1], pose.dbeta)
+    first, middle, last = flow(y, acting, chains[joints], c)[3:]
+    return Accelerations(
+        first,
+        middle if joints == Joints.ANKLE_FREE else first,
+        middle if joints == Joints.KNEE_FREE else last,
+        last,
+    )

@@ -1,8 +1,8 @@
 """The numbers that kernels need of a walker, from `WalkerParams`: one row of floats.
 
 A row has the walker's own numbers, what follows from them (`Constants`), and the chains of links
-that it is (`Chains`): its joints locked, its ankle free, its swing knee free. Here alone the geometry is put together, for
-any number of walkers at once, and with derivatives (`dual.py`).
+that it is (`Chains`): its joints locked, its ankle free, its swing knee free. Here alone the
+geometry is put together, for any number of walkers at once, and with derivatives (`dual.py`).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.compiled.records import Layout
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.mechanics.dual import (
     Dual,
     choose,
@@ -28,7 +29,6 @@ from powered_walker_env.model.mechanics.dual import (
     value_of,
 )
 from powered_walker_env.model.quantities import quantities
-from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
 
 Array = NDArray[np.float64]
@@ -104,8 +104,9 @@ class Chains(NamedTuple):
 CONSTANTS, CHAIN = Layout(Constants), Layout(Chain)
 CONSTANTS_SIZE, CHAIN_SIZE = CONSTANTS.size, CHAIN.size
 #: Where the parts of a row begin.
-CHAINS = OWN + CONSTANTS_SIZE
-ROW = CHAINS + len(Chains._fields) * CHAIN_SIZE
+LOCKED_CHAIN = OWN + CONSTANTS_SIZE
+FREE_CHAIN, BENT_CHAIN = LOCKED_CHAIN + CHAIN_SIZE, LOCKED_CHAIN + 2 * CHAIN_SIZE
+ROW = BENT_CHAIN + CHAIN_SIZE
 
 
 def constants_from(own: Any) -> Constants:
@@ -259,7 +260,7 @@ def _derived(own: SimpleNamespace, part: Any) -> Array:
     with np.errstate(all="ignore"):  # of walkers that no kernel can walk either
         c = constants_from(own)
         chains = Chains(locked_chain(c), free_chain(c), bent_chain(c, own))
-        records = ((CONSTANTS, c), *((CHAIN, chain) for chain in chains))
+        records: list[tuple[Layout[Any], Any]] = [(CONSTANTS, c), *((CHAIN, x) for x in chains)]
         columns = [
             column if np.ndim(column) else np.full(count, column)
             for layout, record in records
@@ -298,9 +299,10 @@ def params_of(row: Array) -> WalkerParams:
 
 def constants_of(params: WalkerParams) -> Constants:
     """The walker as the formulas take it."""
-    return CONSTANTS.of(pack(params)[OWN:CHAINS])
+    return CONSTANTS.of(pack(params)[OWN:LOCKED_CHAIN])
 
 
 def chains_of(params: WalkerParams) -> Chains:
     """The walker's chains."""
-    return Chains(*(CHAIN.of(part) for part in pack(params)[CHAINS:].reshape(-1, CHAIN_SIZE)))
+    row = pack(params)
+    return Chains(*(CHAIN.of(row[first:]) for first in (LOCKED_CHAIN, FREE_CHAIN, BENT_CHAIN)))

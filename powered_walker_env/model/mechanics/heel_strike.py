@@ -1,8 +1,8 @@
 """Heel strike: legs swap, two angular momenta kept (Camp 1997, section 3).
 
-A plastic collision without slip: the old foot leaves the floor and is retracted at
-once (it is massless). Knees are straight. Kept are the angular momentum of the whole walker about the new
-contact point, and of the trailing leg about the hip.
+A plastic collision without slip, of a walker with straight legs: the old foot leaves the floor and
+is retracted at once (it is massless). Kept are the angular momentum of the whole walker about the
+new contact point, and of the trailing leg about the hip.
 
 The listing (`as_published`) departs from this text twice:
 1. `mom.m` puts the new contact point at −L sin β instead of +L sin β (AutoLev input

@@ -163,7 +163,8 @@ def post_strike_states(walk: Trajectory) -> Array:
 def leg_motion(walk: Trajectory) -> tuple[Array, Array, Array, Array]:
     """Angles and rates of both legs, (n,) each: stance and swing angle, then their rates.
 
-    Both angles are of the line from ankle to hip, from the floor's normal, forward positive.
+    Both angles are of the line from ankle to hip, of a bent leg its thigh, from the floor's normal,
+    forward positive.
     """
     stance, stance_rate = walk.q[:, 0] + walk.q[:, 1], walk.u[:, 0] + walk.u[:, 1]
     return stance, stance + walk.q[:, 2] - np.pi, stance_rate, stance_rate + walk.u[:, 2]

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.mechanics.chain import pose_of
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.phases import Joints, Outcome
@@ -35,6 +34,7 @@ from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.simulation import record
 from powered_walker_env.simulation.strides import Array
 
+_THIGH = record.LOG_THIGH.start
 STILL = 1e-9  # rad, m/L and rad/s·√(L/g): less than this is rounding
 
 
@@ -64,6 +64,10 @@ class ContactReport:
     strike_friction: float  # least coefficient that keeps the new foot from slipping there
     stop_overrun: float  # rad, how far the powered foot falls back past its stop, q2 − q2_lock
     ankle_reversals: int  # times the ankle turns round while the motor runs
+    min_stance_knee_torque: float  # N m, of the locked stance knee on its shank; below 0 it would
+    # need a latch, as a stop only keeps it from bending back; NaN without knees, as those below
+    max_stance_knee_torque: float  # N m
+    min_swing_knee_torque: float  # N m, the same of the swing knee once it has struck
 
     def __repr__(self) -> str:
         found = "; ".join(self.violations()) or "nothing that the model assumes is broken"
@@ -124,6 +128,10 @@ class ContactReport:
              f"of {self.friction:.3g}"),
             (not self.stop_suffices, "the stop must hold the foot back, as a latch: "
              f"{self.min_stop_torque:.4g} N m"),
+            (self.min_stance_knee_torque < -STILL * self.weight, "the stance knee must be held "
+             f"straight, as by a latch: {self.min_stance_knee_torque:.4g} N m"),
+            (self.min_swing_knee_torque < -STILL * self.weight, "the swing knee must be held "
+             f"straight once it has struck, as by a latch: {self.min_swing_knee_torque:.4g} N m"),
             (self.scuffs, f"the swing foot scuffs after mid-swing: {self.min_clearance:.3g} m"),
             (not self.ankles_stay_above, f"an ankle is under the floor: "
              f"{self.min_ankle_height:.3g} m"),
@@ -179,8 +187,8 @@ def foot_motion(gait: Gait) -> tuple[float, int]:
 
 
 def _foot_motion(walked: WalkedStride, params: WalkerParams) -> tuple[float, int]:
-    powered = walked.logged.log[walked.rows(Joints.ANKLE_FREE)]
-    ankle, ankle_rate = powered[:, 2] - powered[:, 1], powered[:, 5] - powered[:, 4]
+    pose = walked.logged.log[walked.rows(Joints.ANKLE_FREE), record.LOG_POSE]
+    ankle, ankle_rate = pose[:, 1] - pose[:, 0], pose[:, 4] - pose[:, 3]
     overrun = float(np.max(ankle - params.locked_ankle_angle, initial=0.0))
     return overrun, _reversals(ankle_rate, math.sqrt(params.gravity / params.leg_length))
 
@@ -194,8 +202,9 @@ def _reversals(ankle_rate: Array, scale: float) -> int:
 def _ankle_heights(log: Array, params: WalkerParams) -> Array:
     """(2, n) heights of the stance and the swing ankle above the floor, m."""
     stance = params.foot_radius + params.foot_length * np.cos(log[:, 1])
-    legs = params.leg_length * (np.cos(log[:, 2]) + np.cos(log[:, 3]))
-    return np.array([stance, stance + legs])
+    shank = 0.0 if params.knee is None else params.knee.shank_length
+    swing = shank * np.cos(log[:, 3]) + (params.leg_length - shank) * np.cos(log[:, _THIGH])
+    return np.array([stance, stance + params.leg_length * np.cos(log[:, 2]) + swing])
 
 
 def _needed_friction(force: ComplexArray) -> float:
@@ -207,11 +216,11 @@ def _needed_friction(force: ComplexArray) -> float:
 
 def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
     c, logged = constants_of(params), walked.logged
-    log = logged.log
-    force, torque, motor = forces(walked, params)
-    locked = walked.rows(Joints.ANKLE_LOCKED)
-    height = np.array([swing_foot(pose_of(*row), c).real for row in log[:, record.LOG_POSE]])
-    passed = height[log[:, 2] > log[:, 3] - math.pi]
+    log, loads = logged.log, forces(walked, params)
+    force = loads.force
+    locked = ~walked.rows(Joints.ANKLE_FREE)
+    height = np.array([swing_foot(pose, c).real for pose in walked.poses()])
+    passed = height[log[:, 2] > log[:, _THIGH] - math.pi]
     jump = impulse_of(walked, params)
     ankle_velocity, foot_velocity = trailing_foot(walked, params)
     overrun, reversals = _foot_motion(walked, params)
@@ -222,7 +231,7 @@ def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
         min_normal_force=float(force.real.min()),
         max_normal_force=float(force.real.max()),
         friction=_needed_friction(force),
-        min_stop_torque=float((torque - motor)[locked].min()),
+        min_stop_torque=float((loads.ankle - loads.motor)[locked].min()),
         min_clearance=float(logged.result[record.MIN_CLEARANCE]),
         max_clearance=float(passed.max()) if len(passed) else math.nan,
         deepest=float(height.min()),
@@ -233,15 +242,22 @@ def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
         strike_friction=_needed_friction(np.array([jump])),
         stop_overrun=overrun,
         ankle_reversals=reversals,
+        min_stance_knee_torque=float(loads.stance_knee.min()),
+        max_stance_knee_torque=float(loads.stance_knee.max()),
+        min_swing_knee_torque=float(np.nanmin(loads.swing_knee))
+        if np.isfinite(loads.swing_knee).any()
+        else math.nan,
     )
 
 
 _SMALLEST_IS_WORST = (
     "min_normal_force", "min_stop_torque", "min_clearance", "max_clearance", "deepest",
     "min_ankle_height", "trailing_ankle_velocity", "trailing_foot_velocity", "normal_impulse",
+    "min_stance_knee_torque", "min_swing_knee_torque",
 )  # fmt: skip
 _LARGEST_IS_WORST = (
     "max_normal_force", "friction", "strike_friction", "stop_overrun", "ankle_reversals",
+    "max_stance_knee_torque",
 )  # fmt: skip
 
 

@@ -1,12 +1,17 @@
 """Ground force: what the floor and the stop bear along a stride.
 
-From the accelerations of both centres of mass (the foot is massless), with P the vector
-from the contact point to the stance ankle,
+The momentum of a chain of links (`mechanics/chain.py`) is p = Σ i u_k θ_k' + i mR θ_1'; with P the
+vector from the contact point to the stance ankle (the foot is massless),
 
-    F = M (a_A + a_B) + 2 M g,   τ = ⟨iP, F⟩ the torque at the ankle,
+    F = p' + m g,   τ = ⟨iP, F⟩ the torque at the ankle.
 
-and at heel strike the impulse from the jump of their velocities. Vectors are complex as
-in `physics`: up (normal to the floor) + i·forward.
+The stance knee bears what its shank needs beside the floor's force; with K the knee, C the contact
+point and s the shank's centre of mass,
+
+    τ_K = I_s α'' + ⟨i(s − K), m_s (s'' + g)⟩ − ⟨i(C − K), F⟩ on the shank,
+
+and so does the swing knee, where no floor acts. At heel strike the impulse is the momentum's jump.
+Vectors are complex: up (normal to the floor) + i·forward.
 """
 
 from __future__ import annotations
@@ -20,9 +25,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.mechanics.actuation import accelerations_at, ankle_torque, drive
-from powered_walker_env.model.mechanics.chain import Pose, cross, pose_of
-from powered_walker_env.model.mechanics.constants import Chain, Constants, chains_of, constants_of
+from powered_walker_env.model.knee import Knee
+from powered_walker_env.model.knees import encoded
+from powered_walker_env.model.mechanics.actuation import (
+    Accelerations,
+    accelerations_at,
+    ankle_torque,
+    drive,
+)
+from powered_walker_env.model.mechanics.chain import Pose, bent, cross, pose_of, second_link
+from powered_walker_env.model.mechanics.constants import (
+    Chain,
+    Chains,
+    Constants,
+    chains_of,
+    constants_of,
+)
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
 from powered_walker_env.model.mechanics.push_off import push_off
 from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
@@ -72,14 +90,14 @@ def ground_force(
     """
     walked = next(logged_strides(params, control, state, 1))
     logged = walked.logged
-    force, ankle, _ = forces(walked, params)
+    loads = forces(walked, params)
     jump, push = impulse_of(walked, params), push_of(walked)
     return GroundForce(
         t=logged.log[:, 0].copy(),
-        normal=force.real.copy(),
-        tangential=force.imag.copy(),
-        ankle_torque=ankle,
-        phase=logged.log[:, 7].astype(np.int64),
+        normal=loads.force.real.copy(),
+        tangential=loads.force.imag.copy(),
+        ankle_torque=loads.ankle,
+        phase=logged.log[:, record.LOG_PHASE].astype(np.int64),
         impulse=(jump.real, jump.imag),
         push=(push.real, push.imag),
     )
@@ -89,19 +107,25 @@ class WalkedStride(NamedTuple):
     """A logged stride, and what powered it."""
 
     logged: LoggedStride
-    cycle: Cycle
+    cycle: Cycle  # all phases, their twins with the knee free included
     strength: float  # of what acts: N m, or N s of a push
 
     @property
     def push(self) -> float:
         """The impulse along the trailing leg at its end, N s."""
-        resets = {way.reset for way in self.cycle[-1].exits}
+        resets = {way.reset for phase in self.cycle for way in phase.exits}
         return self.strength if resets & PUSHES else 0.0
 
     def rows(self, joints: Joints) -> NDArray[np.bool_]:
-        """(n,) the samples with the ankle locked, or free."""
+        """(n,) the samples with these joints free."""
         there = np.array([phase.joints == joints for phase in self.cycle])
-        return there[self.logged.log[:, 7].astype(np.int64)]
+        return there[self.logged.log[:, record.LOG_PHASE].astype(np.int64)]
+
+    def poses(self) -> Iterator[Pose]:
+        """Of the samples."""
+        for row in self.logged.log:
+            theta, dtheta = row[record.LOG_THIGH]
+            yield bent(pose_of(*row[record.LOG_POSE]), theta, dtheta, cmath.rect(1.0, theta))
 
     @property
     def last(self) -> Pose:
@@ -128,29 +152,84 @@ def logged_strides(
         row = stride_map.controls(np.array([here]))[0]
         chosen = stride_map.scheme.control_of(row)
         logged = log_stride(here, chosen, params, 0.0, CONTACT_RTOL, interval)
-        yield WalkedStride(logged, stride_map.cycle, float(row[STRENGTH]))
+        yield WalkedStride(logged, encoded(stride_map.cycle).phases, float(row[STRENGTH]))
         if logged.outcome != Outcome.WALKED:
             return
         here = PostStrikeState(*logged.result[record.STATE].tolist())
 
 
-def forces(walked: WalkedStride, params: WalkerParams) -> tuple[ComplexArray, Array, Array]:
-    """Along a stride: ground force, N, torque at the ankle and the motor's part, N m; (n,)."""
+class Loads(NamedTuple):
+    """What floor and joints bear along a stride."""
+
+    force: ComplexArray  # (n,) N, of the floor on the stance foot
+    ankle: Array  # (n,) N m, torque at the stance ankle, extending
+    motor: Array  # (n,) N m, the motor's part of it
+    stance_knee: Array  # (n,) N m, on the shank; the stop that keeps it from bending back pushes
+    # forward, positive; NaN of a walker without knees
+    swing_knee: Array  # (n,) N m, the same of the swing leg; NaN also while it is free
+
+
+def forces(walked: WalkedStride, params: WalkerParams) -> Loads:
+    """The loads along a stride."""
     log, c, chains = walked.logged.log, constants_of(params), chains_of(params)
-    force, torque, motor = np.empty(len(log), complex), np.empty(len(log)), np.empty(len(log))
-    for i, row in enumerate(log):
-        pose, phase = pose_of(*row[record.LOG_POSE]), walked.cycle[int(row[record.LOG_PHASE])]
+    loads = Loads(np.empty(len(log), complex), *np.full((4, len(log)), math.nan))
+    for i, (pose, row) in enumerate(zip(walked.poses(), log, strict=True)):
+        phase = walked.cycle[int(row[record.LOG_PHASE])]
         acting = drive(phase.torque, walked.strength)
-        free = phase.joints == Joints.ANKLE_FREE
-        ddphi, ddalpha, ddbeta = accelerations_at(pose, free, acting, chains, c)
-        foot, (P, A, H, B) = c.D * pose.foot, _arms(pose, c)
-        ankle = 1j * P * ddphi - foot * pose.dphi**2
-        a_A = ankle + (1j * ddalpha - pose.dalpha**2) * A
-        a_B = ankle + (1j * ddalpha - pose.dalpha**2) * H + (1j * ddbeta - pose.dbeta**2) * B
-        force[i] = c.M * (a_A + a_B + 2.0 * c.g)
-        torque[i] = cross(P, force[i])
-        motor[i] = ankle_torque(pose.dalpha - pose.dphi, acting, c)
-    return force, torque, motor
+        turning = accelerations_at(pose, phase.joints, acting, chains, c)
+        force = _floor_force(pose, turning, phase.joints, chains, c)
+        loads.force[i] = force
+        loads.ankle[i] = cross(c.R + c.D * pose.foot, force)
+        loads.motor[i] = ankle_torque(pose.dalpha - pose.dphi, acting, c)
+        if params.knee is not None:
+            loads.stance_knee[i] = _stance_knee(pose, turning, force, params.knee, c)
+            if phase.joints != Joints.KNEE_FREE:
+                loads.swing_knee[i] = _swing_knee(pose, turning, params.knee, c)
+    return loads
+
+
+def _floor_force(
+    pose: Pose, turning: Accelerations, joints: Joints, chains: Chains, c: Constants
+) -> complex:
+    chain = chains.bent if joints == Joints.KNEE_FREE else chains.free
+    _, rate, second = second_link(pose, chain)
+    u1, u2, u3 = chain.moment1 * pose.foot, chain.moment2 * second, chain.moment3 * pose.swing
+    spin = turning.theta if joints == Joints.KNEE_FREE else turning.alpha
+    change = 1j * ((chain.roll + u1) * turning.phi + u2 * spin + c.reaction * u3 * turning.beta)
+    change -= u1 * pose.dphi**2 + u2 * rate**2 + c.reaction * u3 * pose.dbeta**2
+    return complex(change + 2.0 * c.M * c.g)
+
+
+def _turned(arm: complex, spin: float, rate: float) -> complex:
+    """Acceleration of the end of an arm that turns."""
+    return (1j * spin - rate**2) * arm
+
+
+def _ankle_acceleration(pose: Pose, turning: Accelerations, c: Constants) -> complex:
+    return 1j * c.R * turning.phi + _turned(c.D * pose.foot, turning.phi, pose.dphi)
+
+
+def _stance_knee(
+    pose: Pose, turning: Accelerations, force: complex, knee: Knee, c: Constants
+) -> float:
+    """Torque on the stance leg's shank at its knee, N m."""
+    com = complex(knee.shank_com_along, knee.shank_com_across) * pose.stance
+    length = knee.shank_length * pose.stance
+    moved = _ankle_acceleration(pose, turning, c) + _turned(com, turning.alpha, pose.dalpha)
+    needed = knee.shank_inertia * turning.alpha
+    needed += knee.shank_mass * cross(com - length, moved + c.g)
+    return float(needed + cross(c.R + c.D * pose.foot + length, force))
+
+
+def _swing_knee(pose: Pose, turning: Accelerations, knee: Knee, c: Constants) -> float:
+    """Torque on the straight swing leg's shank at its knee, N m."""
+    arm = complex(knee.shank_length - knee.shank_com_along, -knee.shank_com_across) * pose.swing
+    moved = _ankle_acceleration(pose, turning, c)
+    moved += _turned(c.L * pose.stance, turning.alpha, pose.dalpha)
+    moved += _turned(c.thigh * pose.thigh, turning.theta, pose.dtheta)
+    moved += _turned(arm, turning.beta, pose.dbeta)
+    needed = knee.shank_inertia * turning.beta
+    return float(needed + knee.shank_mass * cross(arm, moved + c.g))
 
 
 def _arms(pose: Pose, c: Constants) -> tuple[complex, complex, complex, complex]:
@@ -178,7 +257,7 @@ def impulse_of(walked: WalkedStride, params: WalkerParams) -> complex:
     logged = walked.logged
     if logged.outcome != Outcome.WALKED:
         return complex(math.nan, math.nan)
-    c, (_, free) = constants_of(params), chains_of(params)
+    c, free = constants_of(params), chains_of(params).free
     jump = _momentum(walked.struck(c, free), c) - _momentum(walked.last, c)
     return jump - push_of(walked)
 
@@ -194,7 +273,7 @@ def trailing_foot(walked: WalkedStride, params: WalkerParams) -> tuple[float, fl
     """Upward velocities of the old ankle and of the old foot just after heel strike, m/s."""
     if walked.logged.outcome != Outcome.WALKED:
         return math.nan, math.nan
-    c, (_, free) = constants_of(params), chains_of(params)
+    c, free = constants_of(params), chains_of(params).free
     before, pose = walked.last, walked.struck(c, free)
     P, _, H, _ = _arms(pose, c)
     ankle = 1j * (P * pose.dphi + H * pose.dalpha + c.L * pose.swing * pose.dbeta)

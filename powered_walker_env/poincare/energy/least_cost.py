@@ -108,7 +108,7 @@ def ideal_push(strike: Sequence[float], params: WalkerParams) -> tuple[float, fl
     Raises:
         ValueError: no push along the trailing leg keeps the kinetic energy.
     """
-    c, (_, free) = constants_of(params), chains_of(params)
+    c, free = constants_of(params), chains_of(params).free
     y = tuple(float(value) for value in strike)
     pose = pose_of(*y)
     before = kinetic_energy(pose, free, c)
