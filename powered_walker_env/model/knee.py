@@ -17,6 +17,7 @@ from powered_walker_env.model.quantities import (
     POSITIVE,
     check_numbers,
     documented,
+    quantities,
     quantity,
 )
 
@@ -60,6 +61,19 @@ class Knee:
             "be positive for a shank whose centre of mass is at its knee",
             self.shank_inertia,
         )
+
+    @classmethod
+    def from_dict(cls, fields: dict[str, float]) -> Knee:
+        """A knee from its fields by name.
+
+        Raises:
+            TypeError: an unknown field, or one that is missing; ValueError: outside its domain.
+        """
+        known = quantities(cls)
+        unknown = [name for name in fields if name not in known]
+        if unknown:
+            raise TypeError(f"Knee has no field {unknown[0]!r}; its fields are {', '.join(known)}")
+        return cls(**fields)
 
 
 class Thigh(NamedTuple):

@@ -153,7 +153,7 @@ class WalkerParams:
         cls._reject_unknown(fields)
         knee = fields.get("knee")
         if isinstance(knee, dict):
-            fields = {**fields, "knee": Knee(**knee)}
+            fields = {**fields, "knee": Knee.from_dict(knee)}
         return cls(**fields)
 
     def to_json(self) -> str:

@@ -81,6 +81,37 @@ def random_walkers(seed: int, number: int, **fixed: Any) -> Iterator[WalkerParam
         yield random_walker(rng, **fixed)
 
 
+def kneed(params: WalkerParams, rng: np.random.Generator) -> WalkerParams:
+    """The same walker but for its leg, which is put together from a thigh and a shank."""
+    thigh = params.leg_length * rng.uniform(0.3, 0.7)
+    shank = params.leg_length - thigh
+    masses = params.leg_mass * rng.dirichlet([2.0, 2.0, 1.0])
+
+    def segment(name: str, length: float, mass: float) -> dict[str, float]:
+        return {
+            f"{name}_length": length,
+            f"{name}_mass": mass,
+            f"{name}_com_along": length * rng.uniform(0.2, 0.8),
+            f"{name}_com_across": length * rng.uniform(-0.2, 0.2),
+            f"{name}_inertia": mass * (length * rng.uniform(0.1, 0.4)) ** 2,
+        }
+
+    made = WalkerParams.from_kneed_leg(
+        hip_mass=masses[0],
+        **segment("thigh", thigh, masses[1]),
+        **segment("shank", shank, masses[2]),
+    )
+    leg = ("leg_length", "leg_mass", "leg_inertia", "com_along", "com_across", "knee")
+    return params.replace(**{name: getattr(made, name) for name in leg})
+
+
+def kneed_walkers(seed: int, number: int, **fixed: Any) -> Iterator[WalkerParams]:
+    """`number` different walkers with knees."""
+    rng = np.random.default_rng(1000 + seed)
+    for params in random_walkers(seed, number, **fixed):
+        yield kneed(params, rng)
+
+
 def sprung(params: WalkerParams, rng: np.random.Generator) -> WalkerParams:
     """The same walker with a spring between its legs, up to MgL per radian."""
     weight = params.leg_mass * params.gravity

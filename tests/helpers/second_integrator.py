@@ -37,13 +37,20 @@ class Landing(NamedTuple):
 
 def swing(state: PostStrikeState, control: Control, params: WalkerParams) -> tuple[float, Array]:
     """The locked mode until the hip falls to the switch angle: time and (q1, q3, u1, u3)."""
-    lock = params.locked_ankle_angle
-    start = [
-        state.stance_angle - lock,
+    start = np.array([
+        state.stance_angle - params.locked_ankle_angle,
         state.swing_angle + math.pi - state.stance_angle,
         state.stance_rate,
         state.swing_rate - state.stance_rate,
-    ]
+    ])  # fmt: skip
+    return until_switch(0.0, start, control, params)
+
+
+def until_switch(
+    t: float, start: Array, control: Control, params: WalkerParams
+) -> tuple[float, Array]:
+    """The locked mode from (q1, q3, u1, u3) at a time until the hip falls to the switch angle."""
+    lock = params.locked_ankle_angle
 
     def flow(_: float, y: Array) -> Array:
         mass, force = locked_system([y[0], lock, y[1]], [y[2], 0.0, y[3]], params)
@@ -53,7 +60,7 @@ def swing(state: PostStrikeState, control: Control, params: WalkerParams) -> tup
         return float(y[1] - control.switch_angle)
 
     switch.terminal, switch.direction = True, -1  # type: ignore[attr-defined]
-    solution = solve_ivp(flow, (0.0, 10.0), start, events=switch, **TOLERANCES)
+    solution = solve_ivp(flow, (t, t + 10.0), start, events=switch, **TOLERANCES)
     assert solution.status == 1, "the hip did not reach the switch angle"
     return float(solution.t[-1]), solution.y[:, -1]
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, WalkerParams
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.mechanics.constants import (
     BENT_CHAIN,
     CHAIN,
@@ -30,15 +31,17 @@ from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING
 from tests.helpers.derivation import Array
 from tests.helpers.differences import central
-from tests.helpers.samples import random_walkers, sprung
+from tests.helpers.samples import kneed, kneed_walkers, random_walkers, sprung
 
-WALKERS = [preset.params for preset in PRESETS.values()] + list(random_walkers(1, 20))
+WALKERS = [preset.params for preset in PRESETS.values()]
+WALKERS += [*random_walkers(1, 20), *kneed_walkers(1, 20)]
 SIMPLEST = PRESETS["simplest"].params
+OF_KNEE = tuple(quantities(Knee))
 MASSLESS = SIMPLEST.replace(foot_length=0.1, foot_radius=0.2, locked_ankle_angle=2.5)
 
 
 def test_a_row_has_every_number_of_a_walker_and_gives_it_back() -> None:
-    assert (*quantities(WalkerParams), "as_published") == NUMBERS
+    assert (*quantities(WalkerParams), *quantities(Knee), "as_published") == NUMBERS
     for params in WALKERS:
         assert params_of(pack(params)) == params
         assert pack(params)[:OWN].tolist() == own_numbers(params)
@@ -49,7 +52,7 @@ def test_a_row_is_its_parts_in_order_each_of_its_size() -> None:
         row, chains = pack(params), chains_of(params)
         columns = [
             *own_numbers(params), *CONSTANTS.columns(constants_of(params)),
-            *CHAIN.columns(chains[0]), *CHAIN.columns(chains[1]),
+            *(column for chain in chains for column in CHAIN.columns(chain)),
         ]  # fmt: skip
         assert row.tolist() == columns
         assert len(row) == ROW == BENT_CHAIN + CHAIN.size
@@ -117,19 +120,20 @@ def test_derivatives_of_a_row_by_each_number_are_those_of_differences(
     if number == "torque_limit" and limit == 0.0:
         change = 0.0 * change  # none at all: no small limit is near it
     walkers = [sprung(p, rng) for p in random_walkers(3, 5, torque_limit=limit, physics=physics)]
+    walkers = [kneed(p, rng) for p in walkers]
     own = np.array([own_numbers(params) for params in walkers])
     found = row_tangents(own, change)
     for one, by in zip(own, found, strict=True):
         expected = tangents_by_differences(one, change) if change.any() else np.zeros(ROW)
         np.testing.assert_allclose(by, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-    if number in ("no_load_speed", "slope", "leg_length"):
+    if number in ("no_load_speed", "slope", "leg_length", "shank_length", "shank_inertia"):
         assert np.count_nonzero(found[0, OWN:]) > 0
 
 
 @pytest.mark.parametrize(
     "together",
     [("leg_length", "com_along"), *((n,) for n in NUMBERS[:-1] if n not in (
-        "leg_length", "com_along", "com_across", "leg_inertia", "torque_limit"))],
+        "leg_length", "com_along", "com_across", "leg_inertia", "torque_limit", *OF_KNEE))],
     ids="-".join,
 )  # fmt: skip
 def test_derivatives_of_a_massless_walker_s_row_stay_in_its_limit(

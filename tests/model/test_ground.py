@@ -85,7 +85,7 @@ def test_clearance_is_the_last_factor_times_the_passing_factor(wheel: bool) -> N
         assert leg * passing * factor == pytest.approx(height, abs=2e-15 * leg)
         product = leg * (passing_rate * factor + passing * factor_rate)
         assert product == pytest.approx(rate, abs=1e-11 * leg)
-        assert ground.factorises(not wheel, constants(params))
+        assert ground.factorises(FREE if wheel else LOCKED, constants(params))
 
 
 def test_a_free_ankle_under_a_foot_of_some_length_has_no_such_factor() -> None:

@@ -52,7 +52,7 @@ class Links:
             moment1=moment1, moment2=moment2, moment3=moment3,
             **dict(zip(names, inertias.tolist(), strict=True)), share3=1.0 / float(inertias[2]),
             roll=float(self.masses.sum()) * self.radius,
-            hip1=0.0, hip2=-1.0, hip3=1.0, hip0=0.0, ankle=1.0,
+            hip1=0.0, hip2=-1.0, hip3=1.0, hip0=0.0, ankle=1.0, knee=0.0,
         )  # fmt: skip
 
     def constants(self) -> Constants:

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from powered_walker_env.model.knee import thigh_of
 from powered_walker_env.model.powering.motor import Control
+from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams
-from tests.helpers.samples import constants, random_walkers
+from tests.helpers.samples import constants, kneed_walkers, random_walkers
 
-NUMBERS = [f.name for f in dataclasses.fields(WalkerParams) if f.name != "physics"]
+NUMBERS = list(quantities(WalkerParams))
 POSITIVE = ["leg_length", "leg_mass", "gravity", "no_load_speed"]
 NOT_NEGATIVE = ["foot_length", "foot_radius", "leg_inertia", "hip_stiffness"]
 PI = math.pi
@@ -135,7 +137,11 @@ def test_equal_walkers_hash_alike_and_replace_changes_nothing_else() -> None:
 
 
 def test_json_gives_back_every_walker_to_the_last_bit() -> None:
-    for walker in [*random_walkers(1, 50), WalkerParams(physics=AS_PUBLISHED)]:
+    for walker in [
+        *random_walkers(1, 50),
+        *kneed_walkers(1, 20),
+        WalkerParams(physics=AS_PUBLISHED),
+    ]:
         assert WalkerParams.from_json(walker.to_json()) == walker
         assert WalkerParams.from_dict(walker.to_dict()) == walker
         assert json.loads(walker.to_json()) == walker.to_dict()
@@ -150,3 +156,93 @@ def test_json_of_something_else_is_rejected() -> None:
         WalkerParams.from_json("[1]")
     with pytest.raises(ValueError, match="leg_mass must be positive, got -1"):
         WalkerParams.from_json('{"leg_mass": -1}')
+
+
+# The knee.
+
+
+def kneed_leg(**changes: float) -> WalkerParams:
+    """Rods of 2 and 1 kg under a hip of 10 kg."""
+    return WalkerParams.from_kneed_leg(
+        hip_mass=10.0, **{"thigh_mass": 2.0, "shank_mass": 1.0, **changes}
+    )
+
+
+def test_a_kneed_leg_is_the_composite_of_its_parts() -> None:
+    params = kneed_leg(foot_mass=0.5, thigh_length=0.6, shank_length=0.4)
+    rods = WalkerParams.from_composite_leg(
+        hip_mass=10.0, frame_mass=3.0, foot_mass=0.5, frame_com_along=(2.0 * 0.7 + 1.0 * 0.2) / 3,
+        frame_inertia=2.0 * 0.36 / 12 + 1.0 * 0.16 / 12 + 2.0 / 3.0 * 0.25,
+    )  # fmt: skip
+    for name in ("leg_length", "leg_mass", "leg_inertia", "com_along", "com_across"):
+        assert getattr(params, name) == pytest.approx(getattr(rods, name), abs=1e-15)
+    knee = params.knee
+    assert knee is not None
+    assert knee.shank_mass == 1.5
+    assert knee.shank_com_along == pytest.approx(1.0 * 0.2 / 1.5)
+    assert params.number("shank_length") == knee.shank_length == 0.4
+
+
+def test_thigh_and_shank_give_back_the_parts() -> None:
+    thigh = thigh_of(kneed_leg(thigh_com_across=0.01))
+    assert thigh.length == 0.5
+    assert thigh.mass == pytest.approx(12.0)
+    assert thigh.com_along == pytest.approx((10.0 * 1.0 + 2.0 * 0.75) / 12)
+    assert thigh.com_across == pytest.approx(2.0 * 0.01 / 12)
+    apart = 10.0 * 2.0 / 12 * (0.25**2 + 0.01**2)
+    assert thigh.inertia == pytest.approx(2.0 * 0.25 / 12 + apart)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"shank_length": 1.0}, "shank_length must be less than leg_length, got 1.0"),
+        ({"shank_mass": 13.0}, r"shank_mass must be less than leg_mass, which is 13.0, got 13.0"),
+        ({"shank_inertia": 5.0}, r"leg_inertia must leave the thigh an inertia.* at least"),
+        ({"shank_mass": 0.0}, "shank_mass must be positive, got 0.0"),
+        ({"shank_length": math.nan}, "shank_length must be finite, got nan"),
+        ({"shank_inertia": -1.0}, "shank_inertia must not be negative, got -1.0"),
+        ({"shank_inertia": 0.0, "shank_com_along": 0.5}, "shank_inertia must be positive for"),
+    ],
+)
+def test_a_bad_split_is_refused_by_name(changes: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        kneed_leg().replace(**changes)
+
+
+def test_numbers_of_a_knee_that_is_not_there_are_refused() -> None:
+    for wrong in (lambda w: w.replace(shank_mass=1.0), lambda w: w.number("shank_mass")):
+        with pytest.raises(ValueError, match=r"shank_mass must be of a walker with knees"):
+            wrong(WalkerParams())
+    with pytest.raises(ValueError, match="name must be one of leg_length.*shank_inertia, got 'x'"):
+        WalkerParams().number("x")
+    with pytest.raises(TypeError, match="knee must be a Knee or None, got 0.5"):
+        WalkerParams(knee=0.5)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="Knee has no field 'shin'"):
+        WalkerParams.from_dict({"knee": {"shin": 1.0}})
+
+
+def test_replacing_a_number_of_the_knee_changes_nothing_else() -> None:
+    params = kneed_leg()
+    lighter = params.replace(shank_mass=0.9, slope=0.1)
+    assert lighter.knee is not None
+    assert lighter.knee.shank_mass == 0.9
+    assert lighter.replace(shank_mass=1.0, slope=0.0) == params
+    assert params.replace(knee=None).knee is None
+    assert len({params, lighter, kneed_leg()}) == 2
+    assert "knee" not in WalkerParams().to_dict()
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "message"),
+    [
+        ("thigh_length", 0.0, "thigh_length must be positive, got 0.0"),
+        ("shank_length", -1.0, "shank_length must be positive, got -1.0"),
+        ("thigh_mass", -1.0, "thigh_mass must not be negative, got -1.0"),
+        ("shank_inertia", -1.0, "shank_inertia must not be negative, got -1.0"),
+        ("shank_mass", 0.0, r"shank_mass \+ foot_mass must be positive, got 0.0"),
+    ],
+)
+def test_a_bad_part_of_a_leg_is_refused(part: str, value: float, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        kneed_leg(**{part: value})

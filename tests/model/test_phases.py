@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from powered_walker_env.model import knees
 from powered_walker_env.model.knees import encode
 from powered_walker_env.model.phases import (
+    EXITS,
     MAX_EXITS,
     Cycle,
     Exit,
@@ -33,13 +35,13 @@ CYCLES = {"powered": POWERED_WALKER, "passive": PASSIVE_WALKER, "three phases": 
 def decode(encoded: Array, names: list[str]) -> Cycle:
     """The list back from the numbers, as their documentation describes them."""
     phases = []
-    for name, (joints, torque, *codes) in zip(names, encoded.astype(int).tolist(), strict=True):
+    for name, (joints, torque, _, *codes) in zip(names, encoded.astype(int).tolist(), strict=True):
         triples = [codes[i : i + 3] for i in range(0, len(codes), 3)]
         exits = tuple(
             Exit(Guard(guard), Reset(reset), names[to] if to >= 0 else Outcome(-1 - to))
             for guard, reset, to in triples
         )
-        used = exits[: 1 if len(exits) > 1 and exits[1] == PADDING else len(exits)]
+        used = tuple(way for way in exits if way != PADDING)
         phases.append(Phase(name, Joints(joints), Torque(torque), used))
     return tuple(phases)
 
@@ -50,8 +52,10 @@ PADDING = Exit(Guard.NEVER, Reset.CONTINUE, Outcome.STEP_LIMIT)
 @pytest.mark.parametrize("cycle", CYCLES.values(), ids=CYCLES.keys())
 def test_encoding_loses_nothing(cycle: Cycle) -> None:
     encoded = encode(cycle)
-    assert decode(encoded, [phase.name for phase in cycle]) == cycle
-    assert encoded.shape == (len(cycle), 2 + 3 * MAX_EXITS)
+    phases = knees.encoded(cycle).phases
+    assert phases[: len(cycle)] == cycle
+    assert decode(encoded, [phase.name for phase in phases]) == phases
+    assert encoded.shape == (len(phases), EXITS + 3 * MAX_EXITS)
     assert encoded.dtype == np.float64  # the kernel's tables hold nothing else
     np.testing.assert_array_equal(encoded, encoded.astype(int))
 
