@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from powered_walker_env.cli.output import Report
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.powering import (
     CONTROL_NUMBERS,
     SCHEMES,
@@ -58,7 +59,8 @@ def add_walker(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             _flag(name), type=float, help=f"{_meaning(name)}; the preset's if left out"
         )
-    known = "; ".join(f"{q.name}: {q.axis}" for q in quantities(WalkerParams).values())
+    numbers = quantities(WalkerParams) | quantities(Knee)
+    known = "; ".join(f"{q.name}: {q.axis}" for q in numbers.values())
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE",
         help="change a number of the control or the walker, as slope=0.01, or physics; may be "
@@ -180,7 +182,7 @@ def control_data(control: Any) -> dict[str, Any]:
 
 def _assignment(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
-    known = (*PARAMETERS, *(n for n in quantities(WalkerParams) if n not in PARAMETERS), "physics")
+    known = (*PARAMETERS, "physics")
     if not equals or name not in known:
         raise ValueError(
             f"--set must be NAME=VALUE with NAME one of {', '.join(known)}, got {text!r}"
@@ -219,7 +221,7 @@ def parameter_of(options: argparse.Namespace) -> str:
 
 def _domains() -> dict[str, Domain]:
     """Of the numbers of walkers and controls."""
-    owners = (WalkerParams, *(each.control for each in SCHEMES.values() if each.control))
+    owners = (WalkerParams, Knee, *(each.control for each in SCHEMES.values() if each.control))
     return {name: q.domain for owner in owners for name, q in quantities(owner).items()}
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from powered_walker_env.model.knee import scaled
 from powered_walker_env.model.quantities import Domain, quantities, quantity
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation.strides import Array
@@ -64,6 +65,8 @@ KINDS = tuple(quantities(Disturbance))
 def episode_params(params: WalkerParams, disturbance: Disturbance, draws: Array) -> WalkerParams:
     """The walker of one episode: slope and parameter spread applied.
 
+    With knees, mass and inertia are those of thigh and shank, each by the same factor.
+
     Args:
         draws: (EPISODE_DRAWS,) standard normal numbers.
     """
@@ -75,4 +78,7 @@ def episode_params(params: WalkerParams, disturbance: Disturbance, draws: Array)
         factors = np.exp(disturbance.parameters * draws[1:5])  # stays positive
         for field, factor in zip(SPREAD_FIELDS, factors.tolist(), strict=True):
             changes[field] = params.number(field) * factor
+        if params.knee is not None:
+            _, mass, inertia, _ = factors.tolist()
+            changes |= scaled(params, mass, inertia)
     return params.replace(**changes) if changes else params

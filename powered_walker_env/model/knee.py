@@ -76,6 +76,19 @@ class Knee:
         return cls(**fields)
 
 
+def scaled(params: WalkerParams, mass: float, inertia: float) -> dict[str, float]:
+    """Fields of a leg whose thigh and shank both have their masses, and their inertias about
+    their own centres of mass, multiplied by these factors; such a leg can always be."""
+    assert params.knee is not None
+    own = thigh_of(params).inertia + params.knee.shank_inertia
+    return {
+        "leg_mass": mass * params.leg_mass,
+        "leg_inertia": mass * (params.leg_inertia - own) + inertia * own,
+        "shank_mass": mass * params.knee.shank_mass,
+        "shank_inertia": inertia * params.knee.shank_inertia,
+    }
+
+
 class Thigh(NamedTuple):
     """What the shank leaves of the leg, its share of the hip included."""
 

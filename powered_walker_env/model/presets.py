@@ -70,6 +70,22 @@ def _bhounsule_round(slope: float) -> WalkerParams:
     )
 
 
+def _chen() -> WalkerParams:
+    """The kneed walker of V. F. Hsu Chen (2007): point masses on massless links, point feet."""
+    return WalkerParams.from_kneed_leg(
+        hip_mass=0.25,
+        thigh_mass=0.5,
+        thigh_com_along=0.175,
+        thigh_inertia=0.0,
+        shank_mass=0.05,
+        shank_com_along=0.375,
+        shank_inertia=0.0,
+        gravity=9.81,
+        slope=0.0504,
+        **_STRAIGHT,
+    )
+
+
 PRESETS: dict[str, Preset] = {
     "camp1997": Preset(
         _FIGURE_6,
@@ -208,6 +224,15 @@ PRESETS: dict[str, Preset] = {
         ),
         "this project: bhounsule-round-feet on level ground, powered by a torque between the "
         f"legs (continued there from its slope as the torque rose); gait {_OURS}",
+    ),
+    "chen2007": Preset(
+        _chen(),
+        None,
+        PostStrikeState(
+            -0.23858546025339808, 0.23858546025339808, 1.109587331176566, 0.0571481063375414
+        ),
+        "passive walker with knees of V. F. Hsu Chen, Passive dynamic walking with knees: a point "
+        f"foot model, MEng thesis, MIT 2007, slope 0.0504; gait {_OURS}",
     ),
 }
 

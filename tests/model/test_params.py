@@ -214,11 +214,11 @@ def test_numbers_of_a_knee_that_is_not_there_are_refused() -> None:
     for wrong in (lambda w: w.replace(shank_mass=1.0), lambda w: w.number("shank_mass")):
         with pytest.raises(ValueError, match=r"shank_mass must be of a walker with knees"):
             wrong(WalkerParams())
-    with pytest.raises(ValueError, match="name must be one of leg_length.*shank_inertia, got 'x'"):
+    with pytest.raises(ValueError, match=r"name must be one of leg_length.*shank_inertia, got 'x'"):
         WalkerParams().number("x")
-    with pytest.raises(TypeError, match="knee must be a Knee or None, got 0.5"):
+    with pytest.raises(TypeError, match=r"knee must be a Knee or None, got 0.5"):
         WalkerParams(knee=0.5)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="Knee has no field 'shin'"):
+    with pytest.raises(TypeError, match=r"Knee has no field 'shin'"):
         WalkerParams.from_dict({"knee": {"shin": 1.0}})
 
 
