@@ -59,7 +59,7 @@ def check_batch(
     for walker in walkers:
         if not isinstance(walker, WalkerParams):
             raise TypeError(f"params must be a WalkerParams or several, got {walker!r}")
-        powered.refuse(walker)
+        powered.check_walker(walker)
     rows = pack(walkers[0])[np.newaxis] if len(walkers) == 1 else pack_all(walkers)
     if _is_numbers(control):
         chosen = powered.rows(_numbers(control, powered, count))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.knees import encode
 from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.phases import Cycle
@@ -26,6 +27,7 @@ from powered_walker_env.model.powering import (
     numbers_for,
     scheme_of,
 )
+from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.state import PostStrikeState, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
@@ -125,6 +127,8 @@ def differentiate_batch(
     """
     batch = check_batch(states, controls, params, scheme)
     changes = directions(batch.scheme, by)
+    for walker in (params,) if isinstance(params, WalkerParams) else params:
+        refuse_missing(walker, by)
     strides, found = run_derivatives(
         batch.scheme.cycle, batch.states, batch.controls, batch.rows, check_rtol(rtol), changes
     )
@@ -202,6 +206,17 @@ def run_derivatives(
 def parameters_of(scheme: Scheme) -> tuple[str, ...]:
     """What a walker so powered can be differentiated by, besides its state."""
     return (*scheme.numbers, *WALKER_NUMBERS)
+
+
+def refuse_missing(params: WalkerParams, by: Sequence[str]) -> None:
+    """Reject numbers of a knee that a walker has not.
+
+    Raises:
+        ValueError: naming the number.
+    """
+    for name in by:
+        if name in quantities(Knee):
+            params.number(name)
 
 
 def names_of(scheme: Scheme, by: Sequence[str] = ()) -> tuple[str, ...]:

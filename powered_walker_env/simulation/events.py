@@ -29,7 +29,8 @@ from powered_walker_env.model.mechanics.guards import (
 )
 from powered_walker_env.model.mechanics.guards import SWITCH_ANGLE as SWITCH
 from powered_walker_env.model.phases import Outcome
-from powered_walker_env.simulation.lockstep import GUARDS, held
+from powered_walker_env.simulation.lockstep import GUARDS
+from powered_walker_env.simulation.poses import held
 from powered_walker_env.simulation.roots import NOWHERE, cubic_fall, hidden_fall
 from powered_walker_env.simulation.watching import (
     landing_lanes,

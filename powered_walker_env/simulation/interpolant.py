@@ -11,7 +11,8 @@ from scipy.integrate import DOP853
 
 from powered_walker_env.compiled.decorators import internal, rare, small
 from powered_walker_env.compiled.lanes import SIZE, load, load_state, plus, scaled, store_state
-from powered_walker_env.simulation.lockstep import constants_lanes, flow_at, joined, posed
+from powered_walker_env.simulation.lockstep import constants_lanes, flow_at
+from powered_walker_env.simulation.poses import joined, posed
 from powered_walker_env.simulation.runge_kutta import (
     EXTRA_STAGES,
     FITTED,

@@ -42,15 +42,8 @@ from powered_walker_env.simulation.hand_over import (
     end_phases,
     fill,
 )
-from powered_walker_env.simulation.lockstep import (
-    LOCKSTEP,
-    Batch,
-    acting,
-    joined,
-    lockstep,
-    pose_here,
-    posed,
-)
+from powered_walker_env.simulation.lockstep import LOCKSTEP, Batch, acting, lockstep
+from powered_walker_env.simulation.poses import joined, pose_here, posed
 from powered_walker_env.simulation.record import log_step
 from powered_walker_env.simulation.runge_kutta import (
     STAGES,

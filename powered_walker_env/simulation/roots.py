@@ -13,7 +13,8 @@ from powered_walker_env.model.mechanics.guards import (
     RELEASE,
 )
 from powered_walker_env.simulation.interpolant import interpolate, look_inside
-from powered_walker_env.simulation.lockstep import flow_at, joined, posed
+from powered_walker_env.simulation.lockstep import flow_at
+from powered_walker_env.simulation.poses import joined, posed
 from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.watching import along, factor_rate, guard_along, landing_lanes
 

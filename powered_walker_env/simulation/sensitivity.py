@@ -48,17 +48,8 @@ from powered_walker_env.model.mechanics.constants import (
 from powered_walker_env.model.mechanics.ground import travel
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, value_of
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
-from powered_walker_env.simulation.lockstep import (
-    chained,
-    flow_at,
-    held,
-    joined,
-    moving,
-    moving_aims,
-    moving_drive,
-    pose_here,
-    which,
-)
+from powered_walker_env.simulation.lockstep import flow_at, moving_aims, moving_drive
+from powered_walker_env.simulation.poses import chained, held, joined, moving, pose_here, which
 from powered_walker_env.simulation.resets import after_reset, pushes, strikes
 from powered_walker_env.simulation.runge_kutta import (
     ADVANCES,

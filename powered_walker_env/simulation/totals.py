@@ -18,14 +18,8 @@ from powered_walker_env.model.mechanics.actuation import ankle_torque, power
 from powered_walker_env.model.mechanics.chain import energy
 from powered_walker_env.model.mechanics.ground import apart, clearance
 from powered_walker_env.simulation.interpolant import interpolate, look_inside, pose_inside
-from powered_walker_env.simulation.lockstep import (
-    acting,
-    flow_at,
-    joined,
-    moving,
-    posed,
-    torques_act,
-)
+from powered_walker_env.simulation.lockstep import acting, flow_at, torques_act
+from powered_walker_env.simulation.poses import joined, moving, posed
 from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_duals,

@@ -14,15 +14,8 @@ from powered_walker_env.model.mechanics.guards import (
     FIRST_FALL,
     value_of,
 )
-from powered_walker_env.simulation.lockstep import (
-    GUARDS,
-    held,
-    joined,
-    moving,
-    moving_aims,
-    moving_drive,
-    pose_here,
-)
+from powered_walker_env.simulation.lockstep import GUARDS, moving_aims, moving_drive
+from powered_walker_env.simulation.poses import held, joined, moving, pose_here
 from powered_walker_env.simulation.runge_kutta import (
     chain_duals,
     chain_lanes,

@@ -180,4 +180,4 @@ def check_walkable(params: WalkerParams, control: AnyControl | Policy | None) ->
     """
     if not isinstance(params, WalkerParams):
         raise TypeError(f"params must be a WalkerParams, got {params!r}")
-    scheme_of(control).refuse(params)
+    scheme_of(control).check_walker(params)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from powered_walker_env.model.knees import bends
 from powered_walker_env.model.phases import Cycle, Joints
 from powered_walker_env.model.quantities import ANY, Domain, quantities
 from powered_walker_env.model.walker import WalkerParams
@@ -66,6 +67,21 @@ class Scheme(NamedTuple):
         if self.control is None:
             return ()
         return tuple(field.name for field in dataclasses.fields(self.control))
+
+    def check_walker(self, params: WalkerParams) -> None:
+        """Reject a walker that cannot walk by this scheme.
+
+        Raises:
+            ValueError: as `refuse` says; a walker with knees whose stride would begin with its
+                ankle free, or its motor on.
+        """
+        self.refuse(params)
+        first = self.cycle[0]
+        if params.knee is not None and not bends(first):
+            raise ValueError(
+                f"params must have no knee for scheme {self.name!r}, whose phase {first.name!r} "
+                "begins a stride with a free ankle or a motor: knees need a passive swing first"
+            )
 
     def row(self, control: Any) -> tuple[float, float]:
         """A control as the kernel's row."""
