@@ -32,7 +32,7 @@ from powered_walker_env.simulation.trajectory import Trajectory, walk
 from powered_walker_env.tabular import aligned
 
 SAMPLES = 0.01  # of sqrt(L/g): time between them
-PORTRAIT = "-portrait"
+PORTRAIT, STICKS = "-portrait", "-sticks"
 
 
 def add_commands(commands: Any) -> None:
@@ -51,7 +51,7 @@ def add_commands(commands: Any) -> None:
     )
     add_walker(gait)
     gait.add_argument("--period", type=int, default=1, help="strides (default %(default)s)")
-    add_out(gait, drawings=("", PORTRAIT))
+    add_out(gait, drawings=("", PORTRAIT, STICKS))
     add_command(commands, "presets", _presets, "list the walkers that come with the package")
 
 
@@ -134,7 +134,8 @@ def _gait(options: argparse.Namespace) -> Report:
         portrait = charts.portrait_figure(
             {"gait": charts.cycle(gait, gait.period + 1)}, title=title
         )
-        return {"": charts.gait_figure(gait, title=title), PORTRAIT: portrait}
+        sticks = charts.stick_figure(charts.cycle(gait), title=title)
+        return {"": charts.gait_figure(gait, title=title), PORTRAIT: portrait, STICKS: sticks}
 
     data = gait_data(gait) | {"contact": _contact(contact)}
     return Report(_gait_text(gait, contact), data, result=gait, draw=draw)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from powered_walker_env.model.knees import bends
+from powered_walker_env.model.knees import bends, encoded
 from powered_walker_env.model.phases import Cycle, Joints
 from powered_walker_env.model.quantities import ANY, Domain, quantities
 from powered_walker_env.model.walker import WalkerParams
@@ -32,6 +32,11 @@ class Scheme(NamedTuple):
     control: type | None  # a frozen dataclass of numbers; None: nothing to control
     columns: tuple[int, ...] = ()  # where each of its numbers goes: ANGLE or STRENGTH
     refuse: Callable[[WalkerParams], None] = powers_any  # a ValueError for legs it cannot power
+
+    @property
+    def phases(self) -> Cycle:
+        """All phases of its walkers, those with a free knee after the cycle's own."""
+        return encoded(self.cycle).phases
 
     @property
     def strength(self) -> int | None:

@@ -11,6 +11,7 @@ from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
 from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
+from powered_walker_env.pictures.charts.sticks import stick_figure
 from powered_walker_env.pictures.charts.walks import (
     disturbed_walks,
     learning_curve,
@@ -32,4 +33,5 @@ __all__ = [
     "save_drawing",
     "save_figure",
     "stability_figure",
+    "stick_figure",
 ]

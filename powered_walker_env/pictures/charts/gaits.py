@@ -14,6 +14,7 @@ from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     GREY,
     INK,
+    ORANGE,
     RED,
     VIOLET,
     Drawing,
@@ -36,7 +37,8 @@ def gait_figure(
 
     From the start of the motor, as the thesis has it; where the ankle is locked, from heel
     strike. The legs are measured from the vertical, ankle to hip (α and β − π), the foot from
-    its stop (q2 − q2_lock); at heel strike legs and feet change their parts.
+    its stop (q2 − q2_lock); at heel strike legs and feet change their parts. A swing leg with a
+    knee is two curves until knee strike.
 
     Args:
         gait: under a constant control or none.
@@ -58,6 +60,9 @@ def gait_figure(
     figure, panels = sheet(1 + panelled, 5.4 if panelled else 4.0, sharex=True,
                            height_ratios=[2, 1][: 1 + panelled])  # fmt: skip
     curves = [(stance, BLUE, r"stance leg, $\alpha$"), (swing, RED, r"swing leg, $\beta-\pi$")]
+    if gait.params.knee is not None:
+        curves[1] = (swing, RED, "swing leg, its thigh")
+        curves.append((swing + walked.knee[rows, 0], ORANGE, "and its shank"))
     if powered.moves_ankle:
         curves.append((foot, VIOLET, r"foot from its stop, $q_2-q_{2,\mathrm{lock}}$"))
     for values, colour, label in curves:
@@ -77,6 +82,7 @@ def gait_figure(
         "t_s": t,
         "stance_angle_rad": stance,
         "swing_angle_rad": swing,
+        "knee_flexion_rad": walked.knee[rows, 0],
         "foot_from_stop_rad": foot,
         "motor_on": on.astype(int),
     }
@@ -102,7 +108,7 @@ def cycle(gait: Gait, strides: int | None = None) -> Trajectory:
 
 def _acting(walked: Trajectory, powered: Scheme) -> NDArray[np.bool_]:
     """(n,) whether a torque acts at each sample."""
-    by_phase = np.array([phase.torque != Torque.NONE for phase in powered.cycle])
+    by_phase = np.array([phase.torque != Torque.NONE for phase in powered.phases])
     acting: NDArray[np.bool_] = by_phase[walked.phase]
     return acting
 

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from powered_walker_env.files import write_text, written_aside
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.powering import SCHEMES
 from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import WalkerParams
@@ -128,7 +129,7 @@ def save_figure(drawing: Drawing, path: str | os.PathLike[str]) -> Path:
 def label_of(name: str) -> str:
     """What a number of a walker, a control or a post-strike state is, and its unit, for an axis."""
     label, unit = name.replace("_", " "), "rad/s" if name.endswith("rate") else "rad"
-    for owner in (WalkerParams, *(each.control for each in SCHEMES.values())):
+    for owner in (WalkerParams, Knee, *(each.control for each in SCHEMES.values())):
         if owner is not None and name in quantities(owner):
             label, unit = quantities(owner)[name].label, quantities(owner)[name].unit
             break
