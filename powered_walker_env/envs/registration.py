@@ -22,6 +22,7 @@ ENVIRONMENTS: dict[str, tuple[str, float]] = {
     "PoweredWalker-v0": ("camp1997", 33.0),
     "PoweredWalkerRoundFoot-v0": ("round-foot", 90.0),
     "PoweredWalkerAsPublished-v0": ("camp1997-as-published", 9.0),
+    "PoweredWalkerKneed-v0": ("kneed", 90.0),
 }
 
 

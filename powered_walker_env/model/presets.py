@@ -225,6 +225,32 @@ PRESETS: dict[str, Preset] = {
         "this project: bhounsule-round-feet on level ground, powered by a torque between the "
         f"legs (continued there from its slope as the torque rose); gait {_OURS}",
     ),
+    "kneed": Preset(
+        WalkerParams.from_kneed_leg(
+            hip_mass=23.7,
+            thigh_mass=7.0,
+            thigh_length=0.49,
+            thigh_com_along=0.27,
+            thigh_inertia=0.175,
+            shank_mass=4.3,
+            shank_length=0.51,
+            shank_com_along=0.205,
+            shank_inertia=0.137,
+            foot_length=0.1,
+            foot_radius=0.3,
+            locked_ankle_angle=0.52,
+            no_load_speed=5.3,
+            hip_stiffness=11.0,
+            gravity=9.81,
+        ),
+        Control(switch_angle=2.49, stall_torque=220.0),
+        PostStrikeState(
+            -0.28590004383524537, 0.3798074336757658, 1.3419545258459145, -0.24100580338351446
+        ),
+        "this project: Camp's motor on a walker with knees, as his section 9 proposes; masses, "
+        "places and inertias of human thighs and shanks (10 % and 6 % of 70 kg each), round feet, "
+        f"a soft spring between the legs; gait {_OURS}, from the passive walker's on a slope",
+    ),
     "chen2007": Preset(
         _chen(),
         None,

@@ -205,8 +205,10 @@ def arrive(s, w, stepping, landed, linear):
             value = where(target == guard, load(s.value_new, guard), value)
             rate = where(target == guard, load(s.rate_new, guard), rate)
     change = where(rate == 0.0, 0.0, -value / rate)
+    rising = (value > 0.0) & (rate > 0.0)  # it falls further on, as a knee that was just let go
+    change = where(rising, 0.5 * (load(s.whole, 0) - h), change)
     tries = load(s.tries, 0) + 1.0
-    near = abs(change) < linear * load(s.unit, 0)
+    near = (abs(change) < linear * load(s.unit, 0)) & ~rising
     over = here & (near | (tries >= TRIES))
     scuffed = over & (target == LANDING) & ~mask_of(landed)
     arrived, again = over & ~scuffed, here & ~over

@@ -217,18 +217,23 @@ def test_a_shank_that_hangs_for_ever_runs_out_of_time() -> None:
 
 
 def test_a_free_knee_of_no_time_is_a_straight_leg() -> None:
-    """The walker whose shank is just let go and strikes at once: as the time it is free goes to
-    zero its strides become the straight walker's."""
+    """Near states where the shank only just leaves its stop it comes back at once: the strides
+    become the straight walker's with the fourth power of the time that the knee is free, since
+    thigh and shank part by its third, and the impact's loss goes with the square of the rate."""
     bare = CHEN.params.replace(knee=None)
-    gaps, times = [], []
-    for rate in np.linspace(-0.6, -0.2, 9):
-        state = (-0.2, 0.2, 1.1, rate)
-        walked = stride(state, None, CHEN.params, rtol=1e-12)
-        if walked.outcome != Outcome.WALKED:
-            continue
+    stiff = np.array([-0.09034437372160552, -0.09532463086967354, 1.641073281163795, -1.46493507])
+    away = np.array([0.020172516893832, 0.4109581537045, -0.1637283091455, 0.7597830425646])
+    assert outcome(stiff - 1e-3 * away, None, CHEN.params) == Outcome.KNEE_STAYED_STRAIGHT
+    times, gaps = [], []
+    for size in (0.1, 0.03, 0.01):
+        state = stiff + size * away
+        straight = stride(state, None, bare, rtol=1e-13).state
+        gaps.append(np.abs(np.subtract(stride(state, None, CHEN.params, rtol=1e-13).state, straight)))
         times.append(walk(state, None, CHEN.params, 1).events[0].t)
-        gaps.append(np.abs(np.subtract(walked.state, stride(state, None, bare).state)).max())
-    assert len(times) > 2
+    orders = np.diff(np.log(np.max(gaps, axis=1))) / np.diff(np.log(times))
+    assert times[-1] < 0.004
+    assert np.max(gaps[-1]) < 2e-9
+    assert orders == pytest.approx([4.0, 4.0], abs=0.3)
 
 
 def test_knee_of_a_heavy_shank_is_refused_before_anything_is_walked() -> None:
