@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from powered_walker_env.model.knees import encode
 from powered_walker_env.model.mechanics.constants import pack
-from powered_walker_env.model.phases import Cycle, Outcome
+from powered_walker_env.model.phases import BENT, Cycle, Joints, Outcome
 from powered_walker_env.model.powering import (
     AnyControl,
     Policy,
@@ -175,10 +176,15 @@ class StrideMap:
 def switch_section(
     state: PostStrikeState, control: AnyControl, params: WalkerParams
 ) -> tuple[float, float, float] | None:
-    """(q1, u1, u3) where the motor starts in the stride from `state`; None if it does not."""
-    logged = log_stride(state, control, params, 0.0, GAIT_RTOL, 0.0)
-    powered = np.flatnonzero(logged.log[:, 7] > 0)
-    if not len(powered):
+    """(q1, u1, u3) where the motor starts in the stride from `state`; None if it does not.
+
+    None, too, where the hip passes the switch on a bent knee: that takes five numbers.
+    """
+    logged, scheme = log_stride(state, control, params, 0.0, GAIT_RTOL, 0.0), scheme_of(control)
+    first = {0, int(encode(scheme.cycle)[0, BENT])}
+    phases = logged.log[:, record.LOG_PHASE].astype(np.int64)
+    later = np.flatnonzero(~np.isin(phases, list(first)))
+    if not len(later) or scheme.phases[phases[later[0]]].joints == Joints.KNEE_FREE:
         return None
-    phi, _, _, dphi, dalpha, dbeta = logged.log[powered[0], 1:7].tolist()
+    phi, _, _, dphi, dalpha, dbeta = logged.log[later[0], record.LOG_POSE].tolist()
     return phi, dphi, dbeta - dalpha

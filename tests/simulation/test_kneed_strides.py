@@ -228,7 +228,9 @@ def test_a_free_knee_of_no_time_is_a_straight_leg() -> None:
     for size in (0.1, 0.03, 0.01):
         state = stiff + size * away
         straight = stride(state, None, bare, rtol=1e-13).state
-        gaps.append(np.abs(np.subtract(stride(state, None, CHEN.params, rtol=1e-13).state, straight)))
+        gaps.append(
+            np.abs(np.subtract(stride(state, None, CHEN.params, rtol=1e-13).state, straight))
+        )
         times.append(walk(state, None, CHEN.params, 1).events[0].t)
     orders = np.diff(np.log(np.max(gaps, axis=1))) / np.diff(np.log(times))
     assert times[-1] < 0.004
