@@ -206,12 +206,17 @@ class KneedStride(NamedTuple):
     landing: straight.Landing
 
 
-def bent_swing(state: PostStrikeState, params: WalkerParams) -> tuple[float, Array, Array]:
-    """The swing with a free knee until it strikes: time, (q1, q3, q4) and their rates."""
+def bent_swing(
+    state: PostStrikeState, params: WalkerParams, flexing: float = 0.0
+) -> tuple[float, Array, Array]:
+    """The swing with a free knee until it strikes: time, (q1, q3, q4) and their rates.
+
+    The swing leg of the state is its thigh; the knee begins to flex at `flexing` rad/s.
+    """
     start = np.array([
         state.stance_angle - params.locked_ankle_angle,
         state.swing_angle + math.pi - state.stance_angle, 0.0,
-        state.stance_rate, state.swing_rate - state.stance_rate, 0.0,
+        state.stance_rate, state.swing_rate - state.stance_rate, flexing,
     ])  # fmt: skip
 
     def flow(_: float, y: Array) -> Array:

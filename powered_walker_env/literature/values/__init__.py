@@ -4,8 +4,8 @@
     print(table_text(rows))
 
 One small module per family computes its values (`wheel`, `passive`, `simplest`, `compass`,
-`mcgeer`, `toe_off`, `thesis`; `cascades` for those that take long); `published` reads the values
-themselves, with their sources; `rows` compares. A value that does not come out stays in the
+`mcgeer`, `kneed`, `toe_off`, `thesis`; `cascades` for those that take long); `published` reads the
+values themselves, with their sources; `rows` compares. A value that does not come out stays in the
 table, with the reason. To add a family: a module with a `FAMILY`, and a line in `FAMILIES`.
 """
 
@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from powered_walker_env.literature.clock import Clock, Progress
 from powered_walker_env.literature.values import (
     compass,
+    kneed,
     mcgeer,
     passive,
     simplest,
@@ -30,7 +31,7 @@ from powered_walker_env.literature.values.table import table_csv, table_data, ta
 #: All families, by name.
 FAMILIES: dict[str, Family] = {
     module.FAMILY.name: module.FAMILY
-    for module in (wheel, passive, simplest, compass, mcgeer, toe_off, thesis)
+    for module in (wheel, passive, simplest, compass, mcgeer, kneed, toe_off, thesis)
 }
 
 

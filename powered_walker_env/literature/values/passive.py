@@ -24,8 +24,16 @@ ROUNDED = 3  # decimals of the state that the search for a published gait starts
 STATE = ("stance angle, rad", "swing angle, rad", "stance rate, rad/s", "swing rate, rad/s")
 
 
-def gait_rows(family: str, published: PassiveGait) -> list[Row]:
-    """State, duration, length and multipliers of a gait known in full precision."""
+def gait_rows(
+    family: str, published: PassiveGait, accuracy: dict[str, float] | None = None
+) -> list[Row]:
+    """State, duration, length and multipliers of a gait known in full precision.
+
+    Args:
+        family: whose lines they are.
+        published: the gait.
+        accuracy: how good its `states` and `multipliers` are; as all of them, if left out.
+    """
     push = published.toe_off_impulse
     control = ToeOffAtStrike(push) if push else None
     gait = find_gait(published.params, control, [round(x, ROUNDED) for x in published.state])
@@ -35,7 +43,7 @@ def gait_rows(family: str, published: PassiveGait) -> list[Row]:
         ("step length", published.step_length, gait.step_length),
     ]
     origin = Origin(published.kind, family, published.walker, published.source)
-    accuracy = load("published.json")["accuracy"]
+    accuracy = accuracy or load("published.json")["accuracy"]
     exact = accuracy["multipliers"]
     return digits_rows(origin, pairs, accuracy["states"]) + digits_rows(
         origin, multipliers(published.multipliers, gait, exact), exact

@@ -1,7 +1,7 @@
 """Numbers that others, or this project's independent codes, have found: the one place for them.
 
-`published.json`: passive walkers of other authors in this project's parameters (`general`),
-the simplest walker by an independent code, and single values as they were printed
+`published.json`: passive walkers of other authors in this project's parameters (`general`; with
+knees `kneed`), the simplest walker by an independent code, and single values as they were printed
 (`printed`), each with its source. `limit_cycles.json`: the thesis's walker (Camp 1997,
 figure 6) in both physics, by an independent high-order code.
 """
@@ -163,7 +163,7 @@ def _passive(gait: dict[str, Any]) -> PassiveGait:
         Kind[gait["kind"]],
         gait["walker"],
         gait["source"],
-        WalkerParams(**gait["params"]),
+        WalkerParams.from_dict(gait["params"]),
         gait["toe_off_impulse"],
         PostStrikeState(*gait["post_strike_state"]),
         gait["step_duration"],
@@ -189,6 +189,9 @@ PASSIVE_GAITS = tuple(gait for gait in _GAITS if not gait.toe_off_impulse)
 
 #: The same with an impulse along the trailing leg at heel strike.
 TOE_OFF_GAITS = tuple(gait for gait in _GAITS if gait.toe_off_impulse)
+
+#: Gaits of other authors' passive walkers with knees.
+KNEED_GAITS = tuple(_passive(gait) for gait in load("published.json")["kneed"]["gaits"])
 
 
 def limit_cycle(physics: str, stall_torque: float) -> LimitCycle:
