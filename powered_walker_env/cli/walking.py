@@ -27,7 +27,7 @@ from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import scheme_of
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.poincare import Gait, GaitNotFoundError, contact_of, costs, find_gait
-from powered_walker_env.poincare.energy.contact import ContactReport
+from powered_walker_env.poincare.energy.assumptions import ContactReport
 from powered_walker_env.simulation.trajectory import Trajectory, walk
 from powered_walker_env.tabular import aligned
 

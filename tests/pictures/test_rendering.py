@@ -327,6 +327,7 @@ def test_marks_are_round_numbers() -> None:
 
 def test_a_pose_adds_the_limbs_up() -> None:
     params = PRESETS["camp1997"].params
-    pose = Pose.of(0j, (math.pi, -math.pi, math.pi), params)  # foot down, legs together
+    down = (math.pi, -math.pi, math.pi, 0.0)  # the foot down, legs together, no knee
+    pose = Pose.of(0j, down, params)
     assert pose.hip.real == pytest.approx(params.leg_length - params.foot_length)
     assert pose.swing_ankle == pytest.approx(pose.ankle)

@@ -43,8 +43,10 @@ def between_samples(force: GroundForce, values: Array, phase: int, t: Array) -> 
 
 
 def impulse_over_stride(force: GroundForce) -> Array:
-    """∫ F dt over a stride and the impulse at its end, (normal, forward), N s."""
+    """∫ F dt over a stride and the impulses of its impacts, (normal, forward), N s."""
     total = np.array(force.impulse) + force.push
+    if np.isfinite(force.knee_impulse).all():
+        total += force.knee_impulse
     for phase in np.unique(force.phase):
         here = force.phase == phase
         t, once = force.t[here], np.append(np.diff(force.t[here]) > 0, True)

@@ -34,6 +34,10 @@ CHEN_STATE = (-0.2385854602633963, 0.2385854602633963, 1.1095873312381046, 0.057
 #: The reference's own accuracy; the two integrators here agree a thousand times better.
 REFERENCE = 2e-10
 
+#: A state at which the shank is about to leave its stop, and where to it does.
+STIFF = np.array([-0.09034437372160552, -0.09532463086967354, 1.641073281163795, -1.46493507])
+AWAY = np.array([0.020172516893832, 0.4109581537045, -0.1637283091455, 0.7597830425646])
+
 # Schemes: each powers the legs of `kneed` from near its gait.
 WEIGHT = KNEED.params.leg_mass * KNEED.params.gravity
 SCHEMES: dict[str, AnyControl | None] = {
@@ -112,13 +116,12 @@ def test_derivatives_with_knees_are_exact_in_every_direction(name: str) -> None:
         slope=0.02 if control is None or "hip" in name or "toe" in name else 1e-3,
         com_across=params.com_across + 0.002, hip_stiffness=1.0,
     )  # fmt: skip
-    agree(general, [*np.array(KNEED.state), 0.002, -0.002, 0.003, 0.003], control)
+    agree(general, np.add(KNEED.state, [0.002, -0.002, 0.003, 0.003]), control)
 
 
 def test_derivatives_of_chen_s_gait_are_exact_in_every_direction() -> None:
-    agree(
-        CHEN.params.replace(leg_inertia=CHEN.params.leg_inertia * 1.1), np.array(CHEN_STATE), None
-    )
+    general = CHEN.params.replace(leg_inertia=1.1 * CHEN.params.leg_inertia, shank_inertia=1e-3)
+    agree(general, np.array(CHEN_STATE), None)
 
 
 @pytest.mark.parametrize("name", SCHEMES)
@@ -185,8 +188,7 @@ def outcome(state: Any, control: AnyControl | None, params: WalkerParams) -> Out
 
 def test_a_shank_that_presses_on_its_stop_is_named() -> None:
     """A swing leg that is thrown back: its shank wants to go on forward."""
-    a, s, _, _ = CHEN_STATE
-    assert outcome((a, s, -2.0, 3.0), None, CHEN.params) == Outcome.KNEE_STAYED_STRAIGHT
+    assert outcome(STIFF - 0.01 * AWAY, None, CHEN.params) == Outcome.KNEE_STAYED_STRAIGHT
 
 
 def test_a_motor_that_would_start_before_knee_strike_is_named() -> None:
@@ -221,12 +223,9 @@ def test_a_free_knee_of_no_time_is_a_straight_leg() -> None:
     become the straight walker's with the fourth power of the time that the knee is free, since
     thigh and shank part by its third, and the impact's loss goes with the square of the rate."""
     bare = CHEN.params.replace(knee=None)
-    stiff = np.array([-0.09034437372160552, -0.09532463086967354, 1.641073281163795, -1.46493507])
-    away = np.array([0.020172516893832, 0.4109581537045, -0.1637283091455, 0.7597830425646])
-    assert outcome(stiff - 1e-3 * away, None, CHEN.params) == Outcome.KNEE_STAYED_STRAIGHT
     times, gaps = [], []
     for size in (0.1, 0.03, 0.01):
-        state = stiff + size * away
+        state = STIFF + size * AWAY
         straight = stride(state, None, bare, rtol=1e-13).state
         gaps.append(
             np.abs(np.subtract(stride(state, None, CHEN.params, rtol=1e-13).state, straight))

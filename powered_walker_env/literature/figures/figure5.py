@@ -18,7 +18,8 @@ from scipy.optimize import brentq
 from powered_walker_env.literature.figures.studies import Figure6, control_of, upper_part
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.poincare import Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.energy.contact import STILL, foot_motion
+from powered_walker_env.poincare.energy.assumptions import STILL
+from powered_walker_env.poincare.energy.contact import foot_motion
 from powered_walker_env.simulation.strides import Array
 
 RADIUS_5 = 0.61  # largest multiplier, as printed

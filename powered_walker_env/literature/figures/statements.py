@@ -16,7 +16,8 @@ from powered_walker_env.literature.figures.studies import (
     torque_of,
 )
 from powered_walker_env.model.walker import AS_PUBLISHED
-from powered_walker_env.poincare.energy.contact import STILL, contact_of
+from powered_walker_env.poincare.energy.assumptions import STILL
+from powered_walker_env.poincare.energy.contact import contact_of
 from powered_walker_env.simulation.trajectory import walk
 
 MAJOR = 0.5  # change of the multiplier's slope, per N m, that would be a major one

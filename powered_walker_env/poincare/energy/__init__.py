@@ -5,12 +5,8 @@
 - is the contact what the model takes it for? `contact`, with the forces of `ground_force`.
 """
 
-from powered_walker_env.poincare.energy.contact import (
-    ContactReport,
-    contact_of,
-    contact_report,
-    foot_motion,
-)
+from powered_walker_env.poincare.energy.assumptions import ContactReport
+from powered_walker_env.poincare.energy.contact import contact_of, contact_report, foot_motion
 from powered_walker_env.poincare.energy.energetics import (
     TIMINGS,
     Costs,

@@ -11,22 +11,23 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
-from powered_walker_env.model.phases import Joints, Outcome
+from powered_walker_env.model.phases import Joints
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.energy.assumptions import STILL, ContactReport
 from powered_walker_env.poincare.energy.ground_force import (
     ComplexArray,
     WalkedStride,
     forces,
     impulse_of,
+    knee_impulse_of,
     logged_strides,
     trailing_foot,
 )
@@ -35,115 +36,6 @@ from powered_walker_env.simulation import record
 from powered_walker_env.simulation.strides import Array
 
 _THIGH = record.LOG_THIGH.start
-STILL = 1e-9  # rad, m/L and rad/s·√(L/g): less than this is rounding
-
-
-@dataclass(frozen=True)
-class ContactReport:
-    """Contact over one or more strides; the worst stride counts. NaN where nothing struck.
-
-    Friction coefficients are infinite where the floor would have to pull.
-    """
-
-    outcome: Outcome  # of the last stride examined
-    strides: int
-    weight: float  # N, of the walker
-    min_normal_force: float  # N, least normal force on the stance foot; below 0 it lifts off
-    max_normal_force: float  # N
-    friction: float  # least coefficient that keeps the stance foot from slipping
-    min_stop_torque: float  # N m, the stop's on the locked foot beside a motor's; below 0 it would
-    # need a latch
-    min_clearance: float  # m, of the swing foot after the legs have passed; below 0 it scuffs
-    max_clearance: float  # m, likewise; at most 0: it never comes up through the floor
-    deepest: float  # m, lowest height of the swing foot in the whole swing
-    min_ankle_height: float  # m, of either ankle above the floor
-    trailing_ankle_velocity: float  # m/s, upward, just after heel strike
-    trailing_foot_velocity: float  # m/s, upward, of the old foot's lowest point just after heel
-    # strike, its ankle held as it was; below 0 it would press into the floor
-    normal_impulse: float  # N s, of the floor on the new foot at heel strike, least
-    strike_friction: float  # least coefficient that keeps the new foot from slipping there
-    stop_overrun: float  # rad, how far the powered foot falls back past its stop, q2 − q2_lock
-    ankle_reversals: int  # times the ankle turns round while the motor runs
-    min_stance_knee_torque: float  # N m, of the locked stance knee on its shank; below 0 it would
-    # need a latch, as a stop only keeps it from bending back; NaN without knees, as those below
-    max_stance_knee_torque: float  # N m
-    min_swing_knee_torque: float  # N m, the same of the swing knee once it has struck
-
-    def __repr__(self) -> str:
-        found = "; ".join(self.violations()) or "nothing that the model assumes is broken"
-        strides = f"{self.strides} stride{'s' * (self.strides != 1)}"
-        return f"ContactReport({strides}, {self.outcome.label}: {found})"
-
-    @property
-    def min_normal_fraction(self) -> float:
-        """Least normal force as a fraction of the weight."""
-        return self.min_normal_force / self.weight
-
-    @property
-    def keeps_contact(self) -> bool:
-        """Whether the floor only ever pushes the stance foot."""
-        return self.min_normal_force > 0.0
-
-    @property
-    def stop_suffices(self) -> bool:
-        """Whether a stop that can only push holds the foot in the passive swing."""
-        return self.min_stop_torque >= -STILL * self.weight  # at its release it is zero
-
-    @property
-    def scuffs(self) -> bool:
-        """Whether the swing foot goes under the floor after the legs have passed."""
-        return self.min_clearance < -STILL
-
-    @property
-    def ankles_stay_above(self) -> bool:
-        """Whether no ankle dips under the floor."""
-        return self.min_ankle_height >= 0.0
-
-    @property
-    def trailing_foot_lifts(self) -> bool:
-        """Whether the old foot leaves the floor at heel strike by itself."""
-        return self.trailing_foot_velocity >= 0.0
-
-    @property
-    def strike_pushes(self) -> bool:
-        """Whether the floor pushes the new foot at heel strike."""
-        return self.normal_impulse > 0.0
-
-    @property
-    def falls_back(self) -> bool:
-        """Whether the powered foot falls back past its stop."""
-        return self.stop_overrun > STILL
-
-    @property
-    def extends_monotonely(self) -> bool:
-        """Whether the powered foot only ever extends."""
-        return not self.falls_back and self.ankle_reversals == 0
-
-    def violations(self, friction: float = 1.0) -> tuple[str, ...]:
-        """What the model assumes and this walk would not do on a floor of that friction."""
-        found = [
-            (not self.keeps_contact, f"the stance foot lifts off: least normal force "
-             f"{self.min_normal_fraction:.3g} of the weight"),
-            (self.friction > friction, f"the stance foot slips: it needs a friction coefficient "
-             f"of {self.friction:.3g}"),
-            (not self.stop_suffices, "the stop must hold the foot back, as a latch: "
-             f"{self.min_stop_torque:.4g} N m"),
-            (self.min_stance_knee_torque < -STILL * self.weight, "the stance knee must be held "
-             f"straight, as by a latch: {self.min_stance_knee_torque:.4g} N m"),
-            (self.min_swing_knee_torque < -STILL * self.weight, "the swing knee must be held "
-             f"straight once it has struck, as by a latch: {self.min_swing_knee_torque:.4g} N m"),
-            (self.scuffs, f"the swing foot scuffs after mid-swing: {self.min_clearance:.3g} m"),
-            (not self.ankles_stay_above, f"an ankle is under the floor: "
-             f"{self.min_ankle_height:.3g} m"),
-            (self.trailing_foot_velocity < 0, "the trailing foot does not lift at heel strike: "
-             f"{self.trailing_foot_velocity:.3g} m/s"),
-            (self.normal_impulse <= 0, "the floor would have to pull at heel strike: "
-             f"{self.normal_impulse:.4g} N s"),
-            (self.strike_friction > friction, "the new foot slips at heel strike: it needs a "
-             f"friction coefficient of {self.strike_friction:.3g}"),
-            (self.falls_back, f"the foot falls back past its stop: {self.stop_overrun:.3g} rad"),
-        ]  # fmt: skip
-        return tuple(text for broken, text in found if broken)
 
 
 def contact_report(
@@ -214,6 +106,17 @@ def _needed_friction(force: ComplexArray) -> float:
     return float(np.max(np.abs(force.imag) / force.real))
 
 
+def _least(values: Array) -> float:
+    """The least that is a number; `math.nan` if none is, so that reports can be compared."""
+    known = values[np.isfinite(values)]
+    return float(known.min()) if len(known) else math.nan
+
+
+def _most(values: Array) -> float:
+    """The largest, likewise."""
+    return math.nan if math.isnan(least := _least(-values)) else -least
+
+
 def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
     c, logged = constants_of(params), walked.logged
     log, loads = logged.log, forces(walked, params)
@@ -221,7 +124,7 @@ def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
     locked = ~walked.rows(Joints.ANKLE_FREE)
     height = np.array([swing_foot(pose, c).real for pose in walked.poses()])
     passed = height[log[:, 2] > log[:, _THIGH] - math.pi]
-    jump = impulse_of(walked, params)
+    jump, knee = impulse_of(walked, params), knee_impulse_of(walked, params)
     ankle_velocity, foot_velocity = trailing_foot(walked, params)
     overrun, reversals = _foot_motion(walked, params)
     return ContactReport(
@@ -242,22 +145,22 @@ def _examine(walked: WalkedStride, params: WalkerParams) -> ContactReport:
         strike_friction=_needed_friction(np.array([jump])),
         stop_overrun=overrun,
         ankle_reversals=reversals,
-        min_stance_knee_torque=float(loads.stance_knee.min()),
-        max_stance_knee_torque=float(loads.stance_knee.max()),
-        min_swing_knee_torque=float(np.nanmin(loads.swing_knee))
-        if np.isfinite(loads.swing_knee).any()
-        else math.nan,
+        min_stance_knee_torque=_least(loads.stance_knee),
+        max_stance_knee_torque=_most(loads.stance_knee),
+        min_swing_knee_torque=_least(loads.swing_knee),
+        knee_impulse=knee.real if math.isfinite(knee.real) else math.nan,
+        knee_friction=_needed_friction(np.array([knee])),
     )
 
 
 _SMALLEST_IS_WORST = (
     "min_normal_force", "min_stop_torque", "min_clearance", "max_clearance", "deepest",
     "min_ankle_height", "trailing_ankle_velocity", "trailing_foot_velocity", "normal_impulse",
-    "min_stance_knee_torque", "min_swing_knee_torque",
+    "min_stance_knee_torque", "min_swing_knee_torque", "knee_impulse",
 )  # fmt: skip
 _LARGEST_IS_WORST = (
     "max_normal_force", "friction", "strike_friction", "stop_overrun", "ankle_reversals",
-    "max_stance_knee_torque",
+    "max_stance_knee_torque", "knee_friction",
 )  # fmt: skip
 
 

@@ -5,13 +5,8 @@ vector from the contact point to the stance ankle (the foot is massless),
 
     F = p' + m g,   τ = ⟨iP, F⟩ the torque at the ankle.
 
-The stance knee bears what its shank needs beside the floor's force; with K the knee, C the contact
-point and s the shank's centre of mass,
-
-    τ_K = I_s α'' + ⟨i(s − K), m_s (s'' + g)⟩ − ⟨i(C − K), F⟩ on the shank,
-
-and so does the swing knee, where no floor acts. At heel strike the impulse is the momentum's jump.
-Vectors are complex: up (normal to the floor) + i·forward.
+At an impact the impulse is the momentum's jump. Vectors are complex: up (normal to the floor)
++ i·forward. (The knees: `knee_torques.py`.)
 """
 
 from __future__ import annotations
@@ -25,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.knees import encoded
 from powered_walker_env.model.mechanics.actuation import (
     Accelerations,
@@ -47,6 +41,7 @@ from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.energy.knee_torques import stance_knee, swing_knee
 from powered_walker_env.poincare.maps import StrideMap
 from powered_walker_env.poincare.tolerances import CONTACT_RTOL
 from powered_walker_env.simulation import record
@@ -72,6 +67,8 @@ class GroundForce:
     impulse: tuple[float, float]  # N s, normal and forward, on the new foot at heel strike; NaN
     # after a fall
     push: tuple[float, float]  # N s, the same of a push-off, on the old foot
+    knee_impulse: tuple[float, float]  # N s, the same of knee strike, on the stance foot; NaN where
+    # no knee struck
 
     def __repr__(self) -> str:
         least, most = self.normal.min(), self.normal.max()
@@ -91,7 +88,7 @@ def ground_force(
     walked = next(logged_strides(params, control, state, 1))
     logged = walked.logged
     loads = forces(walked, params)
-    jump, push = impulse_of(walked, params), push_of(walked)
+    jump, push, knee = impulse_of(walked, params), push_of(walked), knee_impulse_of(walked, params)
     return GroundForce(
         t=logged.log[:, 0].copy(),
         normal=loads.force.real.copy(),
@@ -100,6 +97,7 @@ def ground_force(
         phase=logged.log[:, record.LOG_PHASE].astype(np.int64),
         impulse=(jump.real, jump.imag),
         push=(push.real, push.imag),
+        knee_impulse=(knee.real, knee.imag),
     )
 
 
@@ -182,9 +180,9 @@ def forces(walked: WalkedStride, params: WalkerParams) -> Loads:
         loads.ankle[i] = cross(c.R + c.D * pose.foot, force)
         loads.motor[i] = ankle_torque(pose.dalpha - pose.dphi, acting, c)
         if params.knee is not None:
-            loads.stance_knee[i] = _stance_knee(pose, turning, force, params.knee, c)
+            loads.stance_knee[i] = stance_knee(pose, turning, force, params.knee, c)
             if phase.joints != Joints.KNEE_FREE:
-                loads.swing_knee[i] = _swing_knee(pose, turning, params.knee, c)
+                loads.swing_knee[i] = swing_knee(pose, turning, params.knee, c)
     return loads
 
 
@@ -200,53 +198,12 @@ def _floor_force(
     return complex(change + 2.0 * c.M * c.g)
 
 
-def _turned(arm: complex, spin: float, rate: float) -> complex:
-    """Acceleration of the end of an arm that turns."""
-    return (1j * spin - rate**2) * arm
-
-
-def _ankle_acceleration(pose: Pose, turning: Accelerations, c: Constants) -> complex:
-    return 1j * c.R * turning.phi + _turned(c.D * pose.foot, turning.phi, pose.dphi)
-
-
-def _stance_knee(
-    pose: Pose, turning: Accelerations, force: complex, knee: Knee, c: Constants
-) -> float:
-    """Torque on the stance leg's shank at its knee, N m."""
-    com = complex(knee.shank_com_along, knee.shank_com_across) * pose.stance
-    length = knee.shank_length * pose.stance
-    moved = _ankle_acceleration(pose, turning, c) + _turned(com, turning.alpha, pose.dalpha)
-    needed = knee.shank_inertia * turning.alpha
-    needed += knee.shank_mass * cross(com - length, moved + c.g)
-    return float(needed + cross(c.R + c.D * pose.foot + length, force))
-
-
-def _swing_knee(pose: Pose, turning: Accelerations, knee: Knee, c: Constants) -> float:
-    """Torque on the straight swing leg's shank at its knee, N m."""
-    arm = complex(knee.shank_length - knee.shank_com_along, -knee.shank_com_across) * pose.swing
-    moved = _ankle_acceleration(pose, turning, c)
-    moved += _turned(c.L * pose.stance, turning.alpha, pose.dalpha)
-    moved += _turned(c.thigh * pose.thigh, turning.theta, pose.dtheta)
-    moved += _turned(arm, turning.beta, pose.dbeta)
-    needed = knee.shank_inertia * turning.beta
-    return float(needed + knee.shank_mass * cross(arm, moved + c.g))
-
-
-def _arms(pose: Pose, c: Constants) -> tuple[complex, complex, complex, complex]:
-    """From contact to ankle, ankle to the stance leg's mass and to the hip, hip to the other's."""
-    stance = pose.stance
-    return (
-        c.R + c.D * pose.foot,
-        c.ankle_to_com * stance,
-        c.L * stance,
-        c.reaction * c.hip_to_com * pose.swing,
-    )
-
-
-def _momentum(pose: Pose, c: Constants) -> complex:
-    """Linear momentum of the walker, kg m/s."""
-    P, A, H, B = _arms(pose, c)
-    return complex(1j * c.M * (2.0 * P * pose.dphi + (A + H) * pose.dalpha + B * pose.dbeta))
+def _momentum(pose: Pose, chain: Chain, c: Constants) -> complex:
+    """Linear momentum of the walker whose ankle, or whose knee, is free, kg m/s."""
+    _, rate, second = second_link(pose, chain)
+    rolling = (chain.roll + chain.moment1 * pose.foot) * pose.dphi
+    swing = c.reaction * chain.moment3 * pose.swing * pose.dbeta
+    return complex(1j * (rolling + chain.moment2 * second * rate + swing))
 
 
 def impulse_of(walked: WalkedStride, params: WalkerParams) -> complex:
@@ -258,8 +215,20 @@ def impulse_of(walked: WalkedStride, params: WalkerParams) -> complex:
     if logged.outcome != Outcome.WALKED:
         return complex(math.nan, math.nan)
     c, free = constants_of(params), chains_of(params).free
-    jump = _momentum(walked.struck(c, free), c) - _momentum(walked.last, c)
+    jump = _momentum(walked.struck(c, free), free, c) - _momentum(walked.last, free, c)
     return jump - push_of(walked)
+
+
+def knee_impulse_of(walked: WalkedStride, params: WalkerParams) -> complex:
+    """The floor's impulse on the stance foot at knee strike, N s; NaN if no knee struck."""
+    phases = walked.logged.log[:, record.LOG_PHASE].astype(np.int64)
+    bent_knee = walked.rows(Joints.KNEE_FREE)
+    struck = np.flatnonzero(bent_knee[:-1] & ~bent_knee[1:] & (phases[1:] != phases[:-1]))
+    if not len(struck):
+        return complex(math.nan, math.nan)
+    c, chains, poses = constants_of(params), chains_of(params), list(walked.poses())
+    before, after = poses[struck[0]], poses[struck[0] + 1]
+    return _momentum(after, chains.free, c) - _momentum(before, chains.bent, c)
 
 
 def push_of(walked: WalkedStride) -> complex:
@@ -275,7 +244,8 @@ def trailing_foot(walked: WalkedStride, params: WalkerParams) -> tuple[float, fl
         return math.nan, math.nan
     c, free = constants_of(params), chains_of(params).free
     before, pose = walked.last, walked.struck(c, free)
-    P, _, H, _ = _arms(pose, c)
-    ankle = 1j * (P * pose.dphi + H * pose.dalpha + c.L * pose.swing * pose.dbeta)
+    P = c.R + c.D * pose.foot  # from the contact point to the ankle
+    legs = pose.stance * pose.dalpha + pose.swing * pose.dbeta
+    ankle = 1j * (P * pose.dphi + c.L * legs)
     centre = ankle - 1j * c.D * before.foot * pose.dbeta  # turning with the leg
     return float(ankle.real), float(centre.real)
