@@ -149,7 +149,8 @@ def check_heights(step_height: ArrayLike, count: int) -> Array:
     Raises:
         ValueError: another shape, or a height that is not finite.
     """
-    if type(step_height) is float and step_height == 0.0:
+    given: Any = step_height
+    if type(given) is float and given == 0.0:
         return LEVEL
     heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
     if heights.shape not in ((1,), (count,)):
