@@ -64,7 +64,7 @@ class Walkers:
         self._gait, self._scale = task.gait, task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
         self._own = task.reward if callable(task.reward) else None
-        self._effort_weight = task.effort_weight
+        self._effort_weight = float(task.effort_weight)
         self._kind = 0 if callable(task.reward) else list(REWARDS).index(task.reward)
         self._sizes = disturbance.sizes(task.params)
         self._scheme, self._code = task.scheme, encode(task.scheme.cycle)
