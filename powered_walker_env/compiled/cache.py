@@ -7,9 +7,10 @@ module imports, directly or not, and of numba's release: no others throw it away
 date of this installation counts, so that folders can be copied (`powered-walker compile`). Numba's
 own key in it has the processor.
 
-Places are asked in turn: NUMBA_CACHE_DIR if that is set, beside the package, the user's cache. One that cannot be written to serves if it has the code; the first that can be written to
-keeps what has to be compiled. Where none can, kernels are compiled anew in each process, and a
-line says so. A damaged file is thrown away.
+Places are asked in turn: NUMBA_CACHE_DIR if that is set, beside the package, the user's cache. One
+that cannot be written to serves if it has the code; the first that can be written to keeps what
+has to be compiled. Where none can, kernels are compiled anew in each process, and a line says so.
+A damaged file is thrown away.
 """
 
 from __future__ import annotations
