@@ -28,6 +28,8 @@ _CUT = "TimeLimit.truncated"
 class PoweredWalkerVecEnv(VecEnv):
     """N walkers for Stable-Baselines3, on all cores; monitored, as those of `make_vec_env`.
 
+    Infos are dictionaries that are put together when somebody looks at them.
+
     Args:
         env_id: a registered environment, as `"powered_walker_env:PoweredWalker-v0"`, or one of
             your own of the same class.
