@@ -16,11 +16,11 @@ import gymnasium as gym
 import yaml
 
 from powered_walker_env import ENVIRONMENTS, GaitNotFoundError
-from powered_walker_env.signals import STOPPING, stop_signals
+from powered_walker_env.signals import STOPPING, status_of_stop, stop_signals
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
-USER_ERROR, INTERRUPTED = 2, 130  # exit statuses, as argparse and shells have them
+USER_ERROR = 2  # an exit status, as argparse has it
 #: What a user can put right; the message says what and how.
 _USERS = (ValueError, TypeError, ImportError, OSError, MemoryError, GaitNotFoundError)
 
@@ -28,7 +28,7 @@ _USERS = (ValueError, TypeError, ImportError, OSError, MemoryError, GaitNotFound
 def exit_status(command: Callable[[], None]) -> int:
     """Run a command; what the user can put right is one line on stderr and status 2.
 
-    SIGTERM is Ctrl-C.
+    SIGTERM is Ctrl-C, but for the status: 143 in place of 130.
     """
     warnings.formatwarning = lambda message, *_, **__: f"note: {message}\n"
     try:
@@ -39,7 +39,7 @@ def exit_status(command: Callable[[], None]) -> int:
         return USER_ERROR
     except KeyboardInterrupt as stopped:
         print(str(stopped) or "interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return status_of_stop()
     return 0
 
 

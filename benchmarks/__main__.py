@@ -21,6 +21,7 @@ from benchmarks.scaling import scaling
 from benchmarks.startup import startup
 from benchmarks.strides import Problem, make_problem
 from benchmarks.timing import Section
+from benchmarks.training import training
 from powered_walker_env.cli import run_command
 from powered_walker_env.cli.output import Progress, Report, figures, finite
 from powered_walker_env.files import write_text
@@ -35,6 +36,7 @@ SECTIONS: dict[str, Callable[[Problem, Sequence[float], float], Section]] = {
     "scaling": lambda problem, _, seconds: scaling(problem, seconds),
     "environments": lambda problem, _, seconds: environments(problem.name, seconds),
     "startup": lambda *_: startup(),
+    "training": lambda problem, *_: training(problem.name),
 }
 
 

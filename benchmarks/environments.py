@@ -14,11 +14,21 @@ from gymnasium.vector import AutoresetMode
 
 from benchmarks.timing import Case, Section, measure
 from powered_walker_env.envs.contract import STRIDE_RTOL
+from powered_walker_env.model.mechanics.constants import packed
+from powered_walker_env.model.phases import encode
+from powered_walker_env.model.powering import scheme_of
 from powered_walker_env.model.presets import preset
-from powered_walker_env.simulation.strides import stride, stride_batch
+from powered_walker_env.model.state import PostStrikeState
+from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.simulation.arguments import LEVEL
+from powered_walker_env.simulation.record import RESULTS
+from powered_walker_env.simulation.strides import run_rows, stride, stride_batch
 from powered_walker_env.tabular import aligned
 
 VECTOR, CROWD = 1024, 100_000  # walkers
+KERNEL, STRIDE, STEP = "the kernel, one stride", "one call of stride", "env.unwrapped.step"
+NATIVE = f"{VECTOR} walkers: vector step, with its resets"
+ADAPTED = f"{VECTOR} walkers: step for SB3"
 #: Environments of presets.
 IDS = {"camp1997": "PoweredWalker-v0", "round-foot": "PoweredWalkerRoundFoot-v0"}
 
@@ -34,21 +44,27 @@ def environments(walker: str, seconds: float = 1.0, crowd: int = CROWD) -> Secti
     params, control, state, _ = preset(walker)
     single, states = gym.make(env_id), np.tile(state, (VECTOR, 1))
     cases = {
-        "one call of stride": lambda: stride(state, control, params, rtol=STRIDE_RTOL),
+        KERNEL: _kernel_alone(state, control, params),
+        STRIDE: lambda: stride(state, control, params, rtol=STRIDE_RTOL),
         "env.step, with its resets": _steps(single),
-        "env.unwrapped.step, likewise": _steps(single.unwrapped),
+        STEP: _steps(single.unwrapped),
         f"{VECTOR} walkers: stride_batch": lambda: stride_batch(
             states, np.array(list(vars(control).values())), params, rtol=STRIDE_RTOL
         ),
-        f"{VECTOR} walkers: vector step, with its resets": _batch_steps(env_id, VECTOR),
+        NATIVE: _batch_steps(env_id, VECTOR),
     }
     with contextlib.suppress(ImportError):
-        cases[f"{VECTOR} walkers: step for SB3, likewise"] = _sb3_steps(env_id)
+        cases[ADAPTED] = _sb3_steps(env_id)
     timings = measure([Case(work) for work in cases.values()], seconds)
     found = {name: 1.0 / timing.rate for name, timing in zip(cases, timings, strict=True)}
     step, reset, held, peak = _crowd(env_id, crowd)
     lines = [
         *((name, f"{1e6 * taken:,.1f} µs") for name, taken in found.items()),
+        *(
+            (f"{name}, to {base}", f"{found[name] / found[base]:.2f}")
+            for name, base in ((STRIDE, KERNEL), (STEP, KERNEL), (ADAPTED, NATIVE))
+            if name in found
+        ),
         (f"{crowd:,} walkers: vector step", f"{1e3 * step:,.0f} ms"),
         (f"{crowd:,} walkers: first reset", f"{reset:.1f} s"),
         (f"{crowd:,} walkers: memory", f"{held:.0f} bytes each, {peak:.0f} while they step"),
@@ -56,6 +72,14 @@ def environments(walker: str, seconds: float = 1.0, crowd: int = CROWD) -> Secti
     text = [f"Environments: {IDS[walker]}, wall time, medians", "", *aligned(lines, left=2)]
     numbers = {"step_s": step, "reset_s": reset, "bytes": held, "peak_bytes": peak}
     return Section("\n".join(text), {"seconds": found, "crowd": {"walkers": crowd, **numbers}})
+
+
+def _kernel_alone(state: PostStrikeState, control: Any, params: WalkerParams) -> Callable[[], None]:
+    """What `stride` leaves to machine code, with its workspace."""
+    powered, results = scheme_of(control), np.empty((1, RESULTS))
+    code, start, row = encode(powered.cycle), np.array([state]), np.array([powered.row(control)])
+    own = packed(params)
+    return lambda: run_rows(code, start, row, own, LEVEL, STRIDE_RTOL, results)
 
 
 def _steps(env: gym.Env[Any, Any]) -> Callable[[], None]:

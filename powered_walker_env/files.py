@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -59,3 +60,21 @@ def check_writable(targets: Sequence[Path], overwrite: bool, name: str = "--out"
             f"nothing can be written in the folder {str(folder)!r} ({error.strerror}); "
             f"choose another {name}"
         ) from error
+
+
+@contextlib.contextmanager
+def folder_aside(target: Path) -> Iterator[Path]:
+    """A new folder beside `target` to fill; it takes the place of `target` if all goes well."""
+    aside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    before = target.with_name(f".{target.name}.{os.getpid()}.old")
+    aside.mkdir()
+    try:
+        yield aside
+        if target.exists():
+            os.replace(target, before)
+        os.replace(aside, target)
+    finally:
+        if before.exists() and not target.exists():
+            os.replace(before, target)
+        shutil.rmtree(before, ignore_errors=True)
+        shutil.rmtree(aside, ignore_errors=True)

@@ -17,14 +17,18 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
+from powered_walker_env.envs.on_demand import Columns, WalkerInfo, infos_of, row_of
 from powered_walker_env.envs.registration import make_walkers
 from powered_walker_env.envs.saved import check_saved, numbers
 
 _OWN_INFO = ("final_obs", "final_info")
+_CUT = "TimeLimit.truncated"
 
 
 class PoweredWalkerVecEnv(VecEnv):
     """N walkers for Stable-Baselines3, on all cores; monitored, as those of `make_vec_env`.
+
+    Infos are dictionaries that are put together when somebody looks at them.
 
     Args:
         env_id: a registered environment, as `"powered_walker_env:PoweredWalker-v0"`, or one of
@@ -75,7 +79,7 @@ class PoweredWalkerVecEnv(VecEnv):
             starts.append((np.arange(self.num_envs) == i, self._options[i]))
         for mask, options in starts:
             observation, info = self.envs.reset(seed=seed, options={**options, "reset_mask": mask})
-            self._keep_reset_infos(_rows(info), mask)
+            self._keep_reset_infos(_columns(info), mask)
         self._next_seed = None
         self._returns[:] = 0.0
         self._reset_seeds()
@@ -91,16 +95,18 @@ class PoweredWalkerVecEnv(VecEnv):
         lengths = self.envs.elapsed + 1
         observation, reward, terminated, truncated, info = self.envs.step(self._wanted)
         self._returns += reward
-        infos, done = _rows(info), terminated | truncated
-        self._keep_reset_infos(infos, done)
+        columns, done = _columns(info), terminated | truncated
+        infos = infos_of(columns)
+        for row in infos:
+            row[_CUT] = False
         if done.any():
-            endings = _rows(info["final_info"])
-        for i in np.flatnonzero(done).tolist():
-            infos[i] = {**endings[i], "terminal_observation": info["final_obs"][i]}
-            if self._monitor:
-                infos[i]["episode"] = self._episode(i, int(lengths[i]))
-        for row, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
-            row["TimeLimit.truncated"] = cut
+            self._keep_reset_infos(columns, done)
+            endings, cut = _columns(info["final_info"]), truncated & ~terminated
+            for i in np.flatnonzero(done).tolist():
+                row = infos[i] = WalkerInfo(endings, i)
+                row["terminal_observation"], row[_CUT] = info["final_obs"][i], bool(cut[i])
+                if self._monitor:
+                    row["episode"] = self._episode(i, int(lengths[i]))
         self._returns[done] = 0.0
         return observation, reward, done, infos
 
@@ -113,9 +119,9 @@ class PoweredWalkerVecEnv(VecEnv):
         """A picture of each walker, with `render_mode="rgb_array"`."""
         return list(self.envs.render())
 
-    def _keep_reset_infos(self, infos: list[dict[str, Any]], which: NDArray[np.bool_]) -> None:
-        for i in np.flatnonzero(which):
-            self.reset_infos[i] = dict(infos[i])
+    def _keep_reset_infos(self, columns: Columns, which: NDArray[np.bool_]) -> None:
+        for i in np.flatnonzero(which).tolist():
+            self.reset_infos[i] = row_of(columns, i)
 
     def get_state(self) -> dict[str, Any]:
         """Everything the walkers' future depends on, random numbers included."""
@@ -176,9 +182,8 @@ class PoweredWalkerVecEnv(VecEnv):
         return [monitored for _ in self._get_indices(indices)]
 
 
-def _rows(info: dict[str, Any]) -> list[dict[str, Any]]:
-    """The info of every walker, the endings left out; numbers as plain Python."""
-    names = [name for name in info if name[0] != "_" and name not in _OWN_INFO]
-    columns = [info[name] for name in names]
-    plain = [list(values) if values.ndim > 1 else values.tolist() for values in columns]
-    return [dict(zip(names, row, strict=True)) for row in zip(*plain, strict=True)]
+def _columns(info: dict[str, Any]) -> Columns:
+    """The numbers of all walkers, the endings left out."""
+    return {
+        name: values for name, values in info.items() if name[0] != "_" and name not in _OWN_INFO
+    }

@@ -21,10 +21,9 @@ from typing import Any
 
 from powered_walker_env.cli.output import PictureError, Report, check_out, finite, put_out
 from powered_walker_env.poincare import GaitNotFoundError, LostWorkersError
-from powered_walker_env.signals import stop_signals
+from powered_walker_env.signals import BY_SIGNAL, stop_signals
 
 NOT_FOUND, USER_ERROR, FAULT = 1, 2, 3
-BY_SIGNAL = 128  # and the number of the signal, as shells have it
 PIPE_CLOSED = BY_SIGNAL + 13
 EXPECTED = (ValueError, TypeError, ImportError, OSError, LostWorkersError, PictureError)
 

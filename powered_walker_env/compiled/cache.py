@@ -1,15 +1,21 @@
-"""Machine code on disk: never stale, never in the way.
+"""Machine code on disk: never stale, never in the way, and fit to be carried elsewhere.
 
 Numba looks only at a function's own file to decide whether its cached machine code is current, so
-an edit of a formula in one file would leave its callers in others with the old one. Here the cache
-lies in a folder named after a hash of all the package's sources that a kernel's module imports,
-directly or not: no others throw it away. A folder is looked for in NUMBA_CACHE_DIR if that is set,
-else beside the package, else in the user's cache; where none can be written to, kernels are
-compiled anew in each process, and a line says so. A damaged file is thrown away.
+an edit of a formula in one file would leave its callers in others with the old one. Here the code
+of a kernel lies in a folder named after a hash of all the package's sources that the kernel's
+module imports, directly or not, and of numba's release: no others throw it away, and no path or
+date of this installation counts, so that folders can be copied (`powered-walker compile`). Numba's
+own key in it has the processor.
+
+Places are asked in turn: NUMBA_CACHE_DIR if that is set, beside the package, the user's cache. One
+that cannot be written to serves if it has the code; the first that can be written to keeps what
+has to be compiled. Where none can, kernels are compiled anew in each process, and a line says so.
+A damaged file is thrown away.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
@@ -22,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(
@@ -31,37 +37,123 @@ _IMPORT = re.compile(
 _KEPT = 4  # folders of one kernel's earlier sources that are left alone: other processes' own
 
 
-class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache of one function, of which no file can do harm."""
+class _Place:
+    """A folder for the kernels of one module, as numba asks for it (a locator)."""
+
+    def __init__(self, folder: Path, line: int) -> None:
+        self.folder, self._line = folder, line
+
+    def from_function(self, *_: Any) -> _Place:
+        return self
+
+    def get_cache_path(self) -> str:
+        return str(self.folder)
+
+    def get_source_stamp(self) -> str:
+        return self.folder.name  # the hash of all sources
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder; old ones are cleared away.
+
+        Raises:
+            OSError: it cannot be written to.
+        """
+        if not self.folder.is_dir():
+            _clear(self.folder)
+            self.folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=self.folder).close()
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """Numba's cache of one function, in one place."""
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        self._place = _Place(folder, function.__code__.co_firstlineno)
+        super().__init__(function)
+
+    def _impl_class(self, function: Callable[..., Any]) -> Any:
+        class Here(CompileResultCacheImpl):  # type: ignore[misc]
+            _locator_classes = (self._place,)
+
+        return Here(function)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The machine code; None where there is none, or none that is whole."""
         try:
+            if not self._place.folder.is_dir():
+                return None
             return super().load_overload(sig, target_context)
         except Exception:  # a file that is cut off can fail in any way
-            self.flush()
+            with contextlib.suppress(OSError):
+                self.flush()
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def writable(self) -> bool:
+        """Whether it can keep anything."""
         try:
-            super().save_overload(sig, data)
+            self._place.ensure_cache_path()
+        except OSError:
+            return False
+        return True
+
+
+class _Cache:
+    """The machine code of one function, wherever it lies."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        name = _folder_name(function.__module__)
+        self._kept = [_Kept(function, parent / name) for parent in _parents()]
+        self.home: _Kept | None = None  # where it is kept: the last place asked
+
+    @property
+    def cache_path(self) -> str:
+        """The folder that it lies in, once it has been asked for."""
+        return str((self.home or self._kept[0]).cache_path)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The machine code for a signature on this processor; None if it has to be compiled."""
+        for place in self._kept:
+            self.home = place
+            found = place.load_overload(sig, target_context)
+            if found is not None or place.writable():
+                return found
+        self.home = None
+        _say_once(
+            "no folder can be written to, so kernels are compiled anew in each process; "
+            "set NUMBA_CACHE_DIR"
+        )
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep it, if there is a place for it."""
+        if self.home is None:
+            return
+        try:
+            self.home.save_overload(sig, data)
         except OSError as error:
-            _say(f"compiled kernels were not saved: {error}")
+            self.home = None
+            _say_once(f"compiled kernels were not saved: {error}")
+
+    def flush(self) -> None:
+        """Throw away what is kept."""
+        if self.home is not None:
+            self.home.flush()
 
 
 def kept_on_disk(compiled: Any) -> Any:
     """Keep a compiled function's machine code on disk, if there is a place for it."""
     if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT
         return _refused(compiled)
-    folder = _folder(compiled.py_func.__module__)
-    if folder is None:
-        return compiled
-    chosen = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)  # numba picks the folder as the cache is made
-    try:
-        compiled._cache = _Cache(compiled.py_func)
-    finally:
-        numba.config.CACHE_DIR = chosen
+    compiled._cache = _Cache(compiled.py_func)
     return compiled
+
+
+def is_kept(compiled: Any) -> bool:
+    """Whether a kernel's machine code, which has been used, is on disk."""
+    return compiled._cache.home is not None
 
 
 def _refused(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -76,30 +168,13 @@ def _refused(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @functools.cache
-def _folder(module: str) -> Path | None:
-    """A folder for the kernels of a module that can be written to; old ones are cleared away."""
-    name = f"{module.split('.', 1)[-1]}-{sources_hash(module)}"
-    for parent in _parents():
-        folder = parent / name
-        try:
-            if not folder.is_dir():
-                _clear(parent, name)
-                folder.mkdir(parents=True)
-            with tempfile.TemporaryFile(dir=folder):
-                return folder
-        except OSError:
-            continue
-    _say(
-        "no folder can be written to, so kernels are compiled anew in each process; "
-        "set NUMBA_CACHE_DIR"
-    )
-    return None
+def _folder_name(module: str) -> str:
+    return f"{module.split('.', 1)[-1]}-{sources_hash(module)}"
 
 
 def _parents() -> Iterator[Path]:
     if numba.config.CACHE_DIR:
         yield Path(numba.config.CACHE_DIR) / _PACKAGE.name
-        return
     yield _PACKAGE / "__pycache__" / "kernels"
     cache = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     try:
@@ -108,12 +183,12 @@ def _parents() -> Iterator[Path]:
         return
 
 
-def _clear(parent: Path, name: str) -> None:
+def _clear(folder: Path) -> None:
     """Remove all but the latest folders of earlier sources of the same module."""
-    stem = name.rpartition("-")[0]
-    old = sorted(parent.glob(f"{stem}-*"), key=lambda folder: folder.stat().st_mtime)
-    for folder in old[: max(0, len(old) - _KEPT)]:
-        shutil.rmtree(folder, ignore_errors=True)
+    stem = folder.name.rpartition("-")[0]
+    old = sorted(folder.parent.glob(f"{stem}-*"), key=lambda folder: folder.stat().st_mtime)
+    for each in old[: max(0, len(old) - _KEPT)]:
+        shutil.rmtree(each, ignore_errors=True)
 
 
 def sources_hash(module: str) -> str:
@@ -146,6 +221,7 @@ def _file(module: str) -> Path | None:
     return next((file for file in known if file.is_file()), None)
 
 
-def _say(line: str) -> None:
+@functools.cache
+def _say_once(line: str) -> None:
     if sys.stderr is not None:
         sys.stderr.write(f"{_PACKAGE.name}: {line}\n")

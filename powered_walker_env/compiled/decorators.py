@@ -7,6 +7,7 @@ inside a kernel. Only kernels are kept on disk (`cache.py`); what they call is c
 from __future__ import annotations
 
 import contextlib
+import gc
 import sys
 import threading
 from collections.abc import Callable
@@ -61,39 +62,73 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def slow_kernel(function: Callable[..., Any]) -> Any:
-    """A `kernel` that takes long to compile: it says so."""
+    """A `kernel` that takes long to compile: it says so, and looks seldom for garbage meanwhile."""
     compiled = kernel(function)
     _announcer.watch(compiled)
+    _collector.watch(compiled)
     return compiled
 
 
-class _Announcer(event.Listener):  # type: ignore[misc]
-    """Writes one line to stderr, once per process, before a kernel is compiled that takes long.
-
-    Numba tells its listeners what it compiles, and does not tell what it loads from the cache.
-    """
-
-    LINE = "powered_walker_env: compiling the stride kernel for this machine, once (10 to 30 s)"
+class _Watcher(event.Listener):  # type: ignore[misc]
+    """Is told when certain kernels are compiled; numba does not tell what it loads from disk."""
 
     def __init__(self) -> None:
         self._watched: list[Any] = []
-        self._first = threading.Lock()  # taken by who writes the line, and never given back
 
     def watch(self, compiled: Any) -> None:
-        """Announce the compilation of this one."""
+        """Watch this one, too."""
         if not self._watched:
             event.register("numba:compile", self)
         self._watched.append(compiled)
 
     def on_start(self, event: Any) -> None:
         """Something is about to be compiled."""
-        slow = any(event.data["dispatcher"] is compiled for compiled in self._watched)
-        if slow and self._first.acquire(blocking=False):
+        if any(event.data["dispatcher"] is compiled for compiled in self._watched):
+            self.begin()
+
+    def on_end(self, event: Any) -> None:
+        """It is compiled."""
+        if any(event.data["dispatcher"] is compiled for compiled in self._watched):
+            self.end()
+
+    def begin(self) -> None:
+        """One of the watched is about to be compiled."""
+
+    def end(self) -> None:
+        """It is compiled, or that has failed."""
+
+
+class _Announcer(_Watcher):
+    """Writes one line to stderr, once per process, before a kernel is compiled that takes long."""
+
+    LINE = "powered_walker_env: compiling the stride kernel for this machine, once (10 to 30 s)"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._first = threading.Lock()  # taken by who writes the line, and never given back
+
+    def begin(self) -> None:
+        if self._first.acquire(blocking=False):
             with contextlib.suppress(AttributeError, OSError, ValueError):  # no stderr, or closed
                 sys.stderr.write(self.LINE + "\n")
 
-    def on_end(self, event: Any) -> None:
-        """It is compiled; there is nothing to say."""
+
+class _Collector(_Watcher):
+    """Lets the garbage collector look seldom meanwhile: most of the compiler's millions of objects
+    live to its end, and to look through them again and again takes a tenth of the time."""
+
+    SELDOM = 200_000, 20, 100
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = gc.get_threshold()
+
+    def begin(self) -> None:
+        self._before = gc.get_threshold()
+        gc.set_threshold(*self.SELDOM)
+
+    def end(self) -> None:
+        gc.set_threshold(*self._before)
 
 
-_announcer = _Announcer()
+_announcer, _collector = _Announcer(), _Collector()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -71,7 +72,7 @@ def check_action(action: Any, shape: tuple[int, ...] | None, powered: Scheme) ->
         ValueError: another shape, or a number that is not finite.
     """
     try:
-        wanted = np.asarray(action, dtype=np.float64)
+        wanted = np.asarray(action, np.float64, "C")
     except (TypeError, ValueError):
         raise ValueError(f"action must be numbers of shape {shape}, got {action!r}") from None
     if wanted.shape != shape:
@@ -79,7 +80,8 @@ def check_action(action: Any, shape: tuple[int, ...] | None, powered: Scheme) ->
         raise ValueError(
             f"action must have shape {shape}, ({numbers}) for each walker, got {wanted.shape}"
         )
-    if not np.isfinite(wanted).all():
+    few = wanted.ndim == 1  # of which Python's own function is quicker
+    if not (all(map(math.isfinite, wanted.tolist())) if few else np.isfinite(wanted).all()):
         raise ValueError(f"action must be finite, got {wanted[~np.isfinite(wanted)][0]}")
     return wanted
 

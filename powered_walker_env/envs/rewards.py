@@ -16,7 +16,8 @@ from powered_walker_env.compiled.decorators import internal, rare
 from powered_walker_env.envs.paths import imported
 from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.simulation.record import POSITIVE_WORK, STEP_LENGTH
-from powered_walker_env.simulation.strides import Array, StrideBatch
+from powered_walker_env.simulation.strides import Array
+from powered_walker_env.simulation.walked import StrideBatch
 
 #: Name to what it is, as the environment's documentation says it.
 REWARDS = {

@@ -124,7 +124,7 @@ def end_strides(
         states, levels, observations: (N, ...) of the start of the strides; on return, of
             their ends, unless a walker fell: then they stay.
         rewards, outcomes: (N,) on return.
-        info: (N, columns of `STRIDE_INFO`) on return.
+        info: (columns of `STRIDE_INFO`, N) on return.
     """
     for i in range(walkers.shape[0]):
         walker, fell = walkers[i], results[i, OUTCOME] != WALKED
@@ -143,11 +143,11 @@ def end_strides(
             observe(states, walker, gait, scale, draws, i, observations)
         rewards[walker] = stability + effort + fall
         outcomes[walker] = np.int64(results[i, OUTCOME])
-        info[walker, 0] = results[i, DURATION]
-        info[walker, 1] = results[i, STEP_LENGTH]
-        info[walker, 2] = heights[i]
-        info[walker, 3] = results[i, ENERGY_IN]
-        info[walker, 4] = results[i, POSITIVE_WORK]
-        info[walker, 5] = results[i, ENERGY_LOST]
-        info[walker, 6] = distance_to_gait(states, walker, gait, scale)
-        info[walker, 7], info[walker, 8], info[walker, 9] = stability, effort, fall
+        info[0, walker] = results[i, DURATION]
+        info[1, walker] = results[i, STEP_LENGTH]
+        info[2, walker] = heights[i]
+        info[3, walker] = results[i, ENERGY_IN]
+        info[4, walker] = results[i, POSITIVE_WORK]
+        info[5, walker] = results[i, ENERGY_LOST]
+        info[6, walker] = distance_to_gait(states, walker, gait, scale)
+        info[7, walker], info[8, walker], info[9, walker] = stability, effort, fall

@@ -144,7 +144,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         self._started |= mask
         self._seeded |= mask
         self._restart(mask, state)
-        return self.walkers.observations.copy(), masked(self.walkers.start_info(), mask)
+        return self.walkers.observations.copy(), masked(self._start_info(), mask)
 
     def step(
         self, actions: NDArray[Any]
@@ -222,6 +222,10 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         self._over = self._over & ~which
         self._gallery.begin(which)
 
+    def _start_info(self) -> dict[str, NDArray[Any]]:
+        """What `Step.info` holds, at a start: nothing walked yet, nothing earned."""
+        return self.walkers.info(self.walkers.nothing())
+
     def _finish(
         self, observation: Observations, info: dict[str, NDArray[Any]]
     ) -> tuple[Observations, Info]:
@@ -229,7 +233,7 @@ class PoweredWalkerVectorEnv(gym.vector.VectorEnv[Observations, NDArray[Any], ND
         over = self._over
         ends = endings(observation, info, over)
         self._restart(over)
-        fresh = self.walkers.start_info()
+        fresh = self._start_info()
         for name, values in info.items():
             values[over] = fresh[name][over]
         return self.walkers.observations.copy(), ends | masked(info)

@@ -54,7 +54,9 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         self.task: Task = make_task(TaskArguments.of({"preset": preset, **arguments}))
         self.observation_space = observation_space()
         self.action_space = action_space(self.task.scheme)
+        self._scheme = self.task.scheme
         self.walkers = Walkers(self.task, 1, STRIDE_RTOL)
+        self._reward, self._table = np.zeros(1), self.walkers.nothing()  # every step's
         self._seeded = False
         self._begun = False  # by a reset
         self._warned = False  # that the walker lies where it fell
@@ -103,8 +105,9 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
             self._seeded = True
         self.walkers.reset(state=state)
         self._begun, self._warned = True, False
+        self._table[:] = 0.0  # nothing walked yet, nothing earned
         self._gallery.begin()
-        return self.walkers.observations[0].copy(), first_of(self.walkers.start_info())
+        return self.walkers.observations[0].copy(), self.walkers.info_of_first(self._table[:, 0])
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Walk one stride.
@@ -118,21 +121,23 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         """
         if not self._begun:
             raise gym.error.ResetNeeded("call reset() before step(): no walk has begun yet")
-        wanted = check_action(action, self.action_space.shape, self.task.scheme)
-        fallen = self.walkers.outcomes[0] != WALKED
-        if fallen and not self._warned:
+        wanted = check_action(action, self.action_space.shape, self._scheme)
+        walkers, reward, table = self.walkers, self._reward, self._table
+        active, starts = None, self._gallery.starts()
+        if walkers.outcomes.item(0) != WALKED:
+            active = self._lying()
+        walkers.walk(wanted.reshape(1, -1), active, reward, table)
+        self._gallery.add(starts, active)
+        observation, fell = walkers.observations[0].copy(), walkers.outcomes.item(0) != WALKED
+        return observation, reward.item(0), fell, False, walkers.info_of_first(self._table[:, 0])
+
+    def _lying(self) -> NDArray[np.bool_]:
+        """Nobody walks, and nothing is earned."""
+        if not self._warned:
             gym.logger.warn("step() was called after a fall: nothing happens until reset()")
             self._warned = True
-        active, starts = NOBODY if fallen else None, self._gallery.starts()
-        result = self.walkers.step(wanted[np.newaxis], active)
-        self._gallery.add(starts, active)
-        return (
-            result.observation[0],
-            float(result.reward[0]),
-            bool(result.terminated[0]),
-            False,
-            first_of(result.info),
-        )
+        self._reward[:] = self._table[:] = 0.0
+        return NOBODY
 
     def get_state(self) -> dict[str, Any]:
         """Everything the future depends on, random numbers included; for planners.
@@ -165,8 +170,3 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
     def close(self) -> None:
         """Close the window, if any."""
         self._gallery.close()
-
-
-def first_of(info: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    """The info of one walker from that of a batch of one: NumPy's numbers and arrays."""
-    return {name: values[0] for name, values in info.items()}

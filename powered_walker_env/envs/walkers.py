@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.envs.disturbances import EPISODE_DRAWS, STEP_DRAWS, episode_params
+from powered_walker_env.envs.disturbances import EPISODE_DRAWS, episode_params
 from powered_walker_env.envs.noise import draw_normals, first_word
 from powered_walker_env.envs.rewards import REWARDS, own_rewards
+from powered_walker_env.envs.room import Room, room_for
 from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
 from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
@@ -25,9 +26,9 @@ from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, ro
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import MOTOR
 from powered_walker_env.model.state import PostStrikeState
-from powered_walker_env.simulation.record import RESULTS
-from powered_walker_env.simulation.strides import Array, StrideBatch, run_rows
+from powered_walker_env.simulation.strides import Array, run_rows
 from powered_walker_env.simulation.threads import run_in_slices
+from powered_walker_env.simulation.walked import StrideBatch
 
 Rows = slice | NDArray[np.intp]
 EVERY = slice(None)
@@ -46,7 +47,7 @@ class Step:
 
 
 class Walkers:
-    """The state of N walkers and their step: under 200 bytes each."""
+    """The state of N walkers and their step."""
 
     def __init__(self, task: Task, count: int, rtol: float) -> None:
         self.task, self.count, self.rtol = task, count, rtol
@@ -64,12 +65,11 @@ class Walkers:
         self._gait, self._scale = task.gait, task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
         self._own = task.reward if callable(task.reward) else None
+        self._effort_weight = float(task.effort_weight)
         self._kind = 0 if callable(task.reward) else list(REWARDS).index(task.reward)
         self._sizes = disturbance.sizes(task.params)
         self._scheme, self._code = task.scheme, encode(task.scheme.cycle)
-        # Room that every step writes anew; new memory would cost more than what fills it.
-        self._draws, self._results = np.empty((count, STEP_DRAWS)), np.empty((count, RESULTS))
-        self._every = np.arange(count)
+        self._whole = room_for(self.rows, self.states, self.controls, self.heights)
         self._strength = self._scheme.strength or 0
         self._least = 0.0 if self._scheme.positive else -math.inf
         # Version 0 of the motor's environments knows its control as one array only.
@@ -102,15 +102,9 @@ class Walkers:
         states = np.tile(start, (count, 1))
         observations = np.empty((count, 4), np.float32)
         begin_episodes(
-            words,
-            self._sizes,
-            self._gait,
-            self._scale,
-            state is None,
-            self._draws[:count],
-            states,
-            observations,
-        )
+            words, self._sizes, self._gait, self._scale, state is None, self._whole.draws[:count],
+            states, observations,
+        )  # fmt: skip
         self.words[rows], self.states[rows], self.observations[rows] = words, states, observations
         self.controls[rows] = self._nominal
         self.levels[rows] = self.heights[rows] = 0.0
@@ -122,86 +116,83 @@ class Walkers:
         A walker left out draws no random numbers and keeps its state; its entries of the
         result are those of a start, or of one that lies where it fell.
         """
-        chosen = self._every if active is None else np.flatnonzero(active)
-        actions = np.ascontiguousarray(actions, np.float64)
-        rewards, outcomes, table = np.zeros(self.count), self.outcomes.copy(), self._nothing()
-        before = None if self._own is None else self.states[chosen]
+        rewards, table = np.zeros(self.count), self.nothing()
+        self.walk(np.ascontiguousarray(actions, np.float64), active, rewards, table)
+        terminated = self.outcomes != WALKED
+        return Step(self.observations.copy(), rewards, terminated, self.info(table))
 
-        def walk(part: slice) -> None:
-            rows, draws, results = chosen[part], self._draws[part], self._results[part]
-            count = len(rows)
-            controls, heights = np.empty((count, actions.shape[1])), np.empty(count)
-            starts, packed = np.empty((count, 4)), self.rows[rows] if self._differ else self.rows
+    def walk(
+        self, actions: Array, active: NDArray[np.bool_] | None, rewards: Array, table: Array
+    ) -> None:
+        """`step` into arrays; the entries of walkers left out stay as they are.
+
+        Args:
+            actions: (N, k), contiguous.
+            rewards: (N,) is written; table: (columns, N) is written, the numbers of
+                `STRIDE_INFO`.
+        """
+        room = self._whole
+        if active is not None:
+            room = room.of(np.flatnonzero(active))
+        before = None if self._own is None else self.states[room.rows]
+
+        def stride(part: slice) -> None:
+            some = room.part(part)
+            rows, packed, starts, draws, controls, heights, results = some
             begin_strides(
-                rows,
-                actions,
-                self._nominal,
-                self._half_range,
-                self._strength,
-                self._least,
-                self._sizes,
-                self.levels,
-                self.words,
-                self.states,
-                draws,
-                controls,
-                heights,
+                rows, actions, self._nominal, self._half_range, self._strength, self._least,
+                self._sizes, self.levels, self.words, self.states, draws, controls, heights,
                 starts,
-            )
+            )  # fmt: skip
             acting = self._scheme.rows(controls)  # as the kernel takes them
             run_rows(self._code, starts, acting, packed, heights, self.rtol, results)
             end_strides(
-                rows,
-                self._kind,
-                self.task.effort_weight,
-                self._gait,
-                self._scale,
-                packed,
-                results,
-                draws,
-                heights,
-                self.states,
-                self.levels,
-                self.observations,
-                rewards,
-                outcomes,
-                table,
-            )
-            self.controls[rows], self.heights[rows] = controls, heights
+                rows, self._kind, self._effort_weight, self._gait, self._scale, packed, results,
+                draws, heights, self.states, self.levels, self.observations, rewards,
+                self.outcomes, table,
+            )  # fmt: skip
 
-        run_in_slices(walk, len(chosen))
-        if before is not None and len(chosen):
-            self._reward(chosen, before, outcomes, rewards, table)
-        self.outcomes[:] = outcomes
-        info = self._info(outcomes, table)
-        return Step(self.observations.copy(), rewards, outcomes != WALKED, info)
+        run_in_slices(stride, len(room.rows))
+        if active is not None:
+            self.controls[room.rows], self.heights[room.rows] = room.controls, room.heights
+        if before is not None and len(before):
+            self._reward(room, before, rewards, table)
 
-    def _reward(
-        self,
-        chosen: NDArray[np.intp],
-        before: Array,
-        outcomes: NDArray[np.int64],
-        rewards: Array,
-        table: Array,
-    ) -> None:
+    def _reward(self, room: Room, before: Array, rewards: Array, table: Array) -> None:
         """Put a reward of one's own in the place of the formula's."""
         assert self._own is not None
-        strides = StrideBatch(outcomes[chosen], self._results[: len(chosen)].copy())
+        chosen = room.rows
+        strides = StrideBatch(self.outcomes[chosen], room.results.copy())
         own = own_rewards(self._own, before, self.states[chosen], strides)
-        table[chosen, STABILITY] = own
-        rewards[chosen] = own + table[chosen, EFFORT]
+        table[STABILITY, chosen] = own
+        rewards[chosen] = own + table[EFFORT, chosen]
 
-    def start_info(self) -> dict[str, NDArray[Any]]:
-        """What `Step.info` holds, at a start: nothing walked yet, nothing earned."""
-        return self._info(self.outcomes.copy(), self._nothing())
+    def nothing(self) -> Array:
+        """(columns, N) the numbers of `STRIDE_INFO` at a start: nothing walked, nothing earned."""
+        return np.zeros((len(STRIDE_INFO), self.count))
 
-    def _nothing(self) -> Array:
-        return np.zeros((self.count, len(STRIDE_INFO)))
-
-    def _info(self, outcomes: NDArray[np.int64], table: Array) -> dict[str, NDArray[Any]]:
-        info = {"state": self.states.copy(), "control": self.controls.copy(), "outcome": outcomes}
+    def info(self, table: Array) -> dict[str, NDArray[Any]]:
+        """`Step.info`, of which the rows of `table` become a part."""
+        info = {
+            "state": self.states.copy(),
+            "control": self.controls.copy(),
+            "outcome": self.outcomes.copy(),
+        }
         info |= {name: self.controls[:, i].copy() for i, name in enumerate(self._named)}
-        return info | dict(zip(STRIDE_INFO, table.T.copy(), strict=True))
+        return info | dict(zip(STRIDE_INFO, table, strict=True))
+
+    def info_of_first(self, numbers: Array) -> dict[str, Any]:
+        """The entries of walker 0 in `info`: NumPy's numbers and arrays.
+
+        Args:
+            numbers: (columns,) its part of `table`.
+        """
+        state, control = self.states[0].copy(), self.controls[0].copy()
+        info = {"state": state, "control": control, "outcome": self.outcomes[0]}
+        if self._named:
+            info |= zip(self._named, control, strict=True)
+        info |= zip(STRIDE_INFO, numbers)  # noqa: B905 # `strict` takes as long again
+        return info
 
     def get_state(self, i: int) -> dict[str, Any]:
         """Everything about walker i that its future depends on: JSON-able numbers."""

@@ -12,6 +12,8 @@ Known = TypeVar("Known")
 
 def real_number(name: str, value: Any) -> float:
     """`value` as a finite Python float (numba compiles a second kernel for an int)."""
+    if type(value) is float and math.isfinite(value):
+        return value
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a real number, got {value!r}")
     try:

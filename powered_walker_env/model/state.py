@@ -31,6 +31,8 @@ def check_state(state: Any) -> PostStrikeState:
     Raises:
         ValueError: not four numbers, or one that is not finite.
     """
+    if type(state) is PostStrikeState and _finite(*state):
+        return state
     try:
         values = tuple(state)
     except TypeError:
@@ -44,6 +46,12 @@ def check_state(state: Any) -> PostStrikeState:
     named = zip(PostStrikeState._fields, values, strict=True)
     checked = (real_number(f"state.{n}", plain(v)) for n, v in named)
     return PostStrikeState(*checked)
+
+
+def _finite(a: float, b: float, c: float, d: float) -> bool:
+    """Whether four numbers are finite floats; four whose sum overflows are looked at closely."""
+    floats = type(a) is type(b) is type(c) is type(d) is float
+    return floats and math.isfinite(a + b + c + d)
 
 
 def natural_units(params: WalkerParams) -> NDArray[np.float64]:

@@ -42,8 +42,9 @@ from powered_walker_env.simulation.derivatives import (
     policy_derivative,
     run_derivatives,
 )
-from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
+from powered_walker_env.simulation.strides import Array, run_batch
 from powered_walker_env.simulation.trajectory import log_stride
+from powered_walker_env.simulation.walked import StrideBatch
 
 
 class MapPoint(NamedTuple):

@@ -16,8 +16,9 @@ from powered_walker_env.simulation.derivatives import (
     BatchDerivatives,
     differentiate_batch,
 )
-from powered_walker_env.simulation.strides import Stride, StrideBatch, stride, stride_batch
+from powered_walker_env.simulation.strides import stride, stride_batch
 from powered_walker_env.simulation.trajectory import Event, Trajectory, walk
+from powered_walker_env.simulation.walked import Stride, StrideBatch
 
 __all__ = [
     "PARAMETERS",

@@ -27,6 +27,8 @@ TIGHTEST, LOOSEST = 1e-13, 1e-3  # bounds of rtol: rounding, and sense
 
 Array = NDArray[np.float64]
 
+LEVEL = np.zeros(1)  # one height for all; everybody's, not to be written to
+
 
 class CheckedBatch(NamedTuple):
     """What `stride_batch` takes, checked, as the kernel takes it."""
@@ -147,6 +149,9 @@ def check_heights(step_height: ArrayLike, count: int) -> Array:
     Raises:
         ValueError: another shape, or a height that is not finite.
     """
+    given: Any = step_height
+    if type(given) is float and given == 0.0:
+        return LEVEL
     heights = np.atleast_1d(np.asarray(step_height, dtype=np.float64))
     if heights.shape not in ((1,), (count,)):
         raise ValueError(f"step_height must be one height or {count}, got shape {heights.shape}")

@@ -34,8 +34,9 @@ from powered_walker_env.simulation import kernel, record
 from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
 from powered_walker_env.simulation.differences import differences
 from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
-from powered_walker_env.simulation.strides import NO_ROWS, StrideBatch, outcomes_of
+from powered_walker_env.simulation.strides import NO_ROWS, outcomes_of
 from powered_walker_env.simulation.threads import run_in_slices
+from powered_walker_env.simulation.walked import StrideBatch
 
 WALKER_NUMBERS = NUMBERS[:-1]  # the last is the physics, which is no number
 

@@ -20,6 +20,7 @@ from contextvars import ContextVar
 SMALLEST_SHARE = 64  # rows worth handing to a thread: about 0.15 ms of strides
 PIECE = 256  # rows of a piece, where there are enough: falls are short, so they are spread
 THREADS_VARIABLE = "POWERED_WALKER_THREADS"
+WHOLE = slice(None)  # the slice of a batch that one thread walks
 
 _pool: ThreadPoolExecutor | None = None
 _limit: ContextVar[int | None] = ContextVar("limit", default=None)
@@ -61,11 +62,15 @@ if hasattr(os, "register_at_fork"):
 
 
 def run_in_slices(work: Callable[[slice], None], rows: int) -> None:
-    """Call `work` on slices that together cover `rows`, on as many cores as pay."""
+    """Call `work` on slices that together cover `rows`, on as many cores as pay.
+
+    It is called on `WHOLE` where one thread does it.
+    """
     global _pool
-    shares = min(_limit.get() or cores(), rows // SMALLEST_SHARE)
+    most = rows // SMALLEST_SHARE
+    shares = most if most < 2 else min(_limit.get() or cores(), most)
     if shares < 2:
-        work(slice(0, rows))
+        work(WHOLE)
         return
     if _pool is None:
         _pool = ThreadPoolExecutor(cores(), thread_name_prefix="strides")

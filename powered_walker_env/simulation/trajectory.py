@@ -25,7 +25,8 @@ from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import hand_over, kernel, record
 from powered_walker_env.simulation.arguments import Array, check_rtol, rows_of
-from powered_walker_env.simulation.strides import NO_ROWS, joint_motion
+from powered_walker_env.simulation.strides import NO_ROWS
+from powered_walker_env.simulation.walked import joint_motion
 
 EVENT_ROWS = 4 * hand_over.MAX_PHASES  # rows that the events of a stride can need
 

@@ -396,7 +396,7 @@ def test_a_signal_stops_the_command_and_it_says_how_to_go_on(
     arguments = ["--runs", str(runs), "--name", "a", "--episodes", "3"]
     interrupt_at(monkeypatch, 2, number)
     command = [*arguments, "--steps", "2e2", "--every", "50", "--hyperparams", *small]
-    assert exit_status(lambda: main(command)) == 130
+    assert exit_status(lambda: main(command)) == 128 + number
     printed = capsys.readouterr().err
     assert f"stopped at {steps_of(runs / 'a')} of 200 strides; go on: " in printed
     words = shlex.split(printed.rpartition("go on: ")[2])

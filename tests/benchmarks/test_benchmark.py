@@ -33,6 +33,7 @@ from benchmarks.scaling import core_counts
 from benchmarks.startup import startup, times
 from benchmarks.strides import STARTS, make_problem, methods, scipy_strides
 from benchmarks.timing import Case, Timing, measure
+from benchmarks.training import training
 from powered_walker_env import Control, WalkerParams
 from tests.helpers.derivation import locked_system, powered_system
 from tests.helpers.samples import landing_state, random_motion, random_walkers, relative
@@ -243,6 +244,15 @@ def test_the_environments_are_measured() -> None:
     assert "PoweredWalkerRoundFoot-v0" in text
     assert re.search(r"env\.step, with its resets +[\d.,]+ µs", text)
     assert re.search(r"50 walkers: memory +\d+ bytes each", text)
+
+
+def test_a_training_is_told_part_by_part() -> None:
+    told = training("round-foot", 2048)
+    assert told.data["strides"] == 2048
+    assert all(seconds > 0 for seconds in told.data["seconds"].values())
+    shares = [float(share) for share in re.findall(r"([\d.]+)%", told.text)]
+    assert len(shares) == 5
+    assert sum(shares) == pytest.approx(100.0, abs=0.5)
 
 
 def test_a_cold_start_is_told_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,6 +112,24 @@ def test_a_walk_can_be_written_as_an_animation(
         (["walk", "--animation", "walk.xyz"], 2, "gif"),
         (["gait", "--period", "0"], 2, "period must be at least 1"),
         (["gait", "--stall-torque", "1"], 1, "no gait of period 1 found"),
+        (["gait", "--set", "wheels=2"], 2, "--set must be NAME=VALUE with NAME one of"),
+        (["gait", "--set", "slope"], 2, "--set must be NAME=VALUE"),
+        (["gait", "--set", "slope=steep"], 2, "--set slope must be a number, got 'steep'"),
+        (["gait", "--set", "slope=2"], 2, "slope must lie in"),
+        (["gait", "--set", "physics=magic"], 2, "physics must be 'conserving'"),
+        (["gait", "--out", "nowhere/gait"], 2, "folder 'nowhere' does not exist"),
+        (["branch", "--bounds", "800", "700"], 2, "--bounds must rise"),
+        (["branch", "--bounds", "800", "900"], 2, "bounds must hold the gait's stall_torque"),
+        (["branch", "--step", "0"], 2, "step must lie in"),
+        (["boundary", "--bounds", "2.9", "2.91", "729", "730"], 1, "no limit of stability"),
+        (["boundary", "--parameters", "slope", "slope"], 2, "parameters"),
+        (["basin", "--points", "0", "5"], 2, "shape must be two positive numbers"),
+        (["basin", "--axes", "stance_angle", "stance_angle"], 2, "axes must be two of"),
+        (["basin", "--strides", "0"], 2, "strides must be at least 1"),
+        (["basin", "--address", "here:1"], 2, "address must be left out for 'loky'"),
+        (["bifurcation", "--points", "1"], 2, "--points must be at least 2"),
+        (["bifurcation", "--keep", "1"], 2, "keep must be at least 2"),
+        (["branch", "--set", "stall_torque=1"], 1, "no gait of period 1 found"),
     ],
 )
 def test_silly_arguments_get_one_line_and_a_status(
@@ -124,9 +142,11 @@ def test_silly_arguments_get_one_line_and_a_status(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(arguments) == status
-    error = capsys.readouterr().err
-    assert error.startswith("powered-walker: ")
-    assert re.search(message, error)
+    captured = capsys.readouterr()
+    assert not captured.out
+    assert captured.err.startswith("powered-walker: ")
+    assert captured.err.count("\n") == 1
+    assert re.search(message, captured.err)
     assert not list(tmp_path.iterdir())
 
 

@@ -3,6 +3,7 @@ where it is loaded: `test_cache.py`); formulas are Python to Python."""
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 from pathlib import Path
@@ -78,3 +79,15 @@ def test_a_formula_is_plain_python_to_python_and_machine_code_in_a_kernel() -> N
 
     assert inside(2.0) == 4.0
     assert double.signatures
+
+
+def test_the_garbage_collector_rests_while_a_slow_kernel_is_compiled_and_no_longer() -> None:
+    before, seen = gc.get_threshold(), []
+    collector = compilation._Collector()
+    collector._watched.append(kernel.run_strides)
+    for compiled in (compilation.kernel(lambda x: x), kernel.run_strides):
+        collector.on_start(compiling(compiled))
+        seen.append(gc.get_threshold())
+        collector.on_end(compiling(compiled))
+        assert gc.get_threshold() == before
+    assert seen == [before, collector.SELDOM]

@@ -11,7 +11,8 @@ from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import record
 from powered_walker_env.simulation.derivatives import run_derivatives
-from powered_walker_env.simulation.strides import StrideBatch, run_batch
+from powered_walker_env.simulation.strides import run_batch
+from powered_walker_env.simulation.walked import StrideBatch
 from tests.helpers.derivation import Array
 
 INPUTS = 6 + OWN  # post-strike state 4, control 2, and a walker's own numbers

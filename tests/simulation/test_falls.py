@@ -14,8 +14,8 @@ from powered_walker_env import Control, Outcome, WalkerParams, stride, stride_ba
 from powered_walker_env.model.mechanics.guards import FIRST_FALL
 from powered_walker_env.model.phases import Guard
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.strides import StrideBatch
 from powered_walker_env.simulation.trajectory import log_stride
+from powered_walker_env.simulation.walked import StrideBatch
 from tests.helpers.derivation import Array
 from tests.helpers.samples import random_walkers
 

@@ -11,7 +11,7 @@ import pytest
 from powered_walker_env import PRESETS, Control, Outcome, WalkerParams, stride, stride_batch, walk
 from powered_walker_env.model.powering import SCHEMES, HipTorque, StoppedControl, ToeOff, scheme_of
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.strides import StrideBatch
+from powered_walker_env.simulation.walked import StrideBatch
 from tests.helpers.derivation import Array
 from tests.helpers.landings import room_ahead, together
 from tests.helpers.samples import random_walkers

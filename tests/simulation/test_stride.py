@@ -17,7 +17,7 @@ from powered_walker_env import (
     stride_batch,
 )
 from powered_walker_env.simulation import record
-from powered_walker_env.simulation.strides import StrideBatch
+from powered_walker_env.simulation.walked import StrideBatch
 from tests.helpers.derivation import Array
 from tests.helpers.landings import clear_of_together
 from tests.helpers.published import LIMIT_CYCLES, PASSIVE_GAITS, LimitCycle, PassiveGait

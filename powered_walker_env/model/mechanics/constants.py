@@ -275,14 +275,14 @@ def pack_all(walkers: Sequence[WalkerParams]) -> Array:
 
 
 @functools.lru_cache(maxsize=256)
-def _packed(params: WalkerParams) -> Array:
-    row: Array = pack_all([params])[0]
-    return row
+def packed(params: WalkerParams) -> Array:
+    """(1, ROW) the walker's row; everybody's, not to be written to."""
+    return pack_all([params])
 
 
 def pack(params: WalkerParams) -> Array:
     """(ROW,) the walker's row."""
-    return _packed(params).copy()
+    return packed(params)[0].copy()
 
 
 def params_of(row: Array) -> WalkerParams:

@@ -170,8 +170,8 @@ def numbers_for(control: AnyControl | Policy | None, states: Array) -> Array:
     return chosen
 
 
-def check_walkable(params: WalkerParams, control: AnyControl | Policy | None) -> None:
-    """Reject a walker that the control cannot power, as its scheme says.
+def check_walkable(params: WalkerParams, control: AnyControl | Policy | None) -> Scheme:
+    """The control's scheme, which can power the walker.
 
     Raises:
         ValueError: an ankle motor on D = R = 0, whose foot has no lever on the floor; a
@@ -180,4 +180,6 @@ def check_walkable(params: WalkerParams, control: AnyControl | Policy | None) ->
     """
     if not isinstance(params, WalkerParams):
         raise TypeError(f"params must be a WalkerParams, got {params!r}")
-    scheme_of(control).check_walker(params)
+    powered = scheme_of(control)
+    powered.check_walker(params)
+    return powered

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +24,11 @@ NO_SWITCH = math.pi  # in place of an angle that is never looked at
 
 def powers_any(params: WalkerParams) -> None:
     """Refuse no walker."""
+
+
+@functools.cache
+def _fields_of(control: type | None) -> tuple[str, ...]:
+    return () if control is None else tuple(each.name for each in dataclasses.fields(control))
 
 
 class Scheme(NamedTuple):
@@ -69,9 +76,7 @@ class Scheme(NamedTuple):
     @property
     def numbers(self) -> tuple[str, ...]:
         """Names of the control's numbers, in order."""
-        if self.control is None:
-            return ()
-        return tuple(field.name for field in dataclasses.fields(self.control))
+        return _fields_of(self.control)
 
     def check_walker(self, params: WalkerParams) -> None:
         """Reject a walker that cannot walk by this scheme.
@@ -90,8 +95,12 @@ class Scheme(NamedTuple):
 
     def row(self, control: Any) -> tuple[float, float]:
         """A control as the kernel's row."""
+        if self.columns == (ANGLE, STRENGTH):
+            found: tuple[float, float] = attrgetter(*self.numbers)(control)
+            return found
         row = [NO_SWITCH, 0.0]
-        for name, column in zip(self.numbers, self.columns, strict=True):
+        # As many names as columns: `register_scheme` sees to it, and `strict` takes its time.
+        for name, column in zip(self.numbers, self.columns):  # noqa: B905
             row[column] = getattr(control, name)
         return row[ANGLE], row[STRENGTH]
 
