@@ -5,6 +5,6 @@
 - `scaling`: with the number of walkers, and of cores;
 - `environments`, `startup`: what stands between a stride and its user.
 
-All solve the problem of `strides`, by the walker's `equations` written once more for others, and
-are timed by `timing`.
+All solve the problem of `strides`, by the walker's `equations` written once more for others
+(`taylor`: heyoka), and are timed by `timing`.
 """
