@@ -16,6 +16,7 @@ from typing import Any
 
 from benchmarks.environments import IDS, environments
 from benchmarks.precision import RTOLS, check_rtols, precision
+from benchmarks.processors import processors
 from benchmarks.roofline import roofline
 from benchmarks.scaling import scaling
 from benchmarks.startup import startup
@@ -35,6 +36,7 @@ SECTIONS: dict[str, Callable[[Problem, Sequence[float], float], Section]] = {
     "scaling": lambda problem, _, seconds: scaling(problem, seconds),
     "environments": lambda problem, _, seconds: environments(problem.name, seconds),
     "startup": lambda *_: startup(),
+    "processors": lambda problem, _, seconds: processors(problem, seconds),
 }
 
 

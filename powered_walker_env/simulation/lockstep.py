@@ -41,7 +41,7 @@ GUARDS = len(Guard)  # Guard.NEVER included
 FREE = int(Joints.ANKLE_FREE)
 MOTOR, HIP = int(Torque.MOTOR), int(Torque.HIP)
 IDLE = -1
-LOCKED_FIRST_STEP = 4.5  # the legs alone swing slowly, foot and motor do not
+LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
 
 _Pose = Annotated[Table, SIZE]
 _Guards = Annotated[Table, GUARDS]

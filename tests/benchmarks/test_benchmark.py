@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
+from benchmarks import processors as processors_module
 from benchmarks import startup as startup_module
 from benchmarks import timing as timing_module
 from benchmarks.__main__ import main
@@ -295,6 +296,22 @@ def test_a_process_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup_module, "PARTS", "raise SystemExit('no floor')")
     with pytest.raises(RuntimeError, match="a new process failed to walk: no floor"):
         times({})
+
+
+def test_processors_are_told_beside_the_native_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    names: list[str] = []
+
+    def here(script: str, environment: Mapping[str, str]) -> Any:
+        assert "walked('camp1997', 0.0" in script
+        names.append(environment.get("NUMBA_CPU_NAME", "native"))
+        return processors_module.walked("camp1997", 0.001)
+
+    monkeypatch.setattr(processors_module, "in_new_process", here)
+    found = processors_module.processors(make_problem("camp1997"), 0.001)
+    assert names == [*processors_module.PROCESSORS] * processors_module.RUNS
+    assert found.data["haswell"]["equal"] == 1.0
+    assert found.data["haswell"]["off"] == 0.0
+    assert re.search(r"native +\d+ +[\d,]+ +[\d,]+ +1\.00 +1\.00 +0 +100 %", found.text)
 
 
 @pytest.mark.parametrize(
