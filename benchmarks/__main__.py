@@ -16,6 +16,7 @@ from typing import Any
 
 from benchmarks.environments import IDS, environments
 from benchmarks.precision import RTOLS, check_rtols, precision
+from benchmarks.processors import processors
 from benchmarks.roofline import roofline
 from benchmarks.scaling import scaling
 from benchmarks.startup import startup
@@ -37,6 +38,7 @@ SECTIONS: dict[str, Callable[[Problem, Sequence[float], float], Section]] = {
     "environments": lambda problem, _, seconds: environments(problem.name, seconds),
     "startup": lambda *_: startup(),
     "training": lambda problem, *_: training(problem.name),
+    "processors": lambda problem, _, seconds: processors(problem, seconds),
 }
 
 

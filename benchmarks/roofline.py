@@ -18,7 +18,7 @@ import numba
 import numpy as np
 
 from benchmarks.equations import equations
-from benchmarks.precision import speed_at
+from benchmarks.precision import OWN, speed_at
 from benchmarks.strides import STARTS, Problem, methods, scipy_stride
 from benchmarks.timing import Array, Case, Section, measure
 from powered_walker_env.tabular import aligned
@@ -49,7 +49,7 @@ def roofline(problem: Problem, seconds: float = 1.0) -> Section:
     Args:
         seconds: for the measurement of this package's strides.
     """
-    own = next(method for method in methods() if method.name == "ours, a batch")
+    own = next(method for method in methods() if method.name == OWN)
     advances = [own.make(problem, rtol) for rtol in RTOLS]
     errors = np.array([problem.error(advance(problem.starts[:STARTS])) for advance in advances])
     batch = problem.starts[: own.batch]

@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from benchmarks.timing import Section
 from powered_walker_env.tabular import aligned
@@ -78,10 +79,23 @@ def times(environment: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     Args:
         environment: its variables, beside ours.
     """
+    found: dict[str, tuple[float, float]] = in_new_process(PARTS, environment)
+    return found
+
+
+def in_new_process(script: str, environment: Mapping[str, str]) -> Any:
+    """What a script prints last in a new process, as JSON.
+
+    Args:
+        environment: its variables, beside ours.
+
+    Raises:
+        RuntimeError: it failed, with what it said.
+    """
     package = str(Path(__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))
     finished = subprocess.run(
-        [sys.executable, "-c", PARTS],
+        [sys.executable, "-c", script],
         env={**os.environ, "PYTHONPATH": path, **environment},
         capture_output=True,
         text=True,
@@ -90,5 +104,4 @@ def times(environment: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     )
     if finished.returncode:
         raise RuntimeError(f"a new process failed to walk: {finished.stderr.strip()[-500:]}")
-    found: dict[str, tuple[float, float]] = json.loads(finished.stdout.splitlines()[-1])
-    return found
+    return json.loads(finished.stdout.splitlines()[-1])

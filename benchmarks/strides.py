@@ -2,18 +2,16 @@
 this package, scipy's DOP853 and heyoka's Taylor series.
 
 scipy integrates phase by phase with `solve_ivp` and a terminal event; its right-hand side is
-plain Python, or the same function compiled by numba. heyoka makes one compiled integrator for
-each phase, ended by a terminal event (Biscani and Izzo, Revisiting high-order Taylor methods for
-astrodynamics and celestial mechanics, MNRAS 504, 2021).
+plain Python, or the same function compiled by numba. heyoka's are in `taylor`.
 """
 
 from __future__ import annotations
 
+import functools
 import importlib.util
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +21,8 @@ from benchmarks.equations import (
     Array,
     Constants,
     Equations,
-    clearance,
     constants,
     equations,
-    free_accelerations,
-    locked_accelerations,
 )
 from powered_walker_env.model.powering import Control
 from powered_walker_env.model.presets import preset
@@ -42,7 +37,6 @@ MANY = 1024  # strides in a batch: enough for every lane of every core, little m
 SEED = 1997
 SHORTEST_STEP = 0.01  # leg lengths: where the feet all but meet, tolerance decides what landed
 LONGEST = 10.0  # s: no stride of the presets lasts longer
-FIRST_EVENT = -1  # heyoka's outcome for its first terminal event
 
 Advance = Callable[[Array], Array]  # (n, 4) post-strike states to the next ones, NaN for a fall
 
@@ -115,11 +109,19 @@ def methods() -> list[Method]:
     return [
         Method("scipy DOP853, Python", lambda p, rtol: scipy_strides(p, rtol, False), 2),
         Method("scipy DOP853, numba", lambda p, rtol: scipy_strides(p, rtol, True), 4),
-        Method("heyoka, scalar", taylor_strides, 64, missing=lacks),
+        Method("heyoka, scalar", functools.partial(_taylor, "scalar"), 64, missing=lacks),
+        Method("heyoka, a batch", functools.partial(_taylor, "batch"), MANY, missing=lacks),
         Method("ours, stride by stride", _one_by_one, 64),
         Method("ours, a batch", _on_one_core, MANY),
         Method("ours, a batch, all cores", _on_all_cores, MANY * cores(), every_core=True),
     ]
+
+
+def _taylor(mode: str, problem: Problem, rtol: float) -> Advance:
+    from benchmarks import taylor  # which needs heyoka
+
+    made: Advance = getattr(taylor, f"{mode}_strides")(problem.constants, rtol)
+    return made
 
 
 def _one_by_one(problem: Problem, rtol: float) -> Advance:
@@ -181,45 +183,3 @@ class _Ending:
 
     def __call__(self, t: float, y: Array) -> float:
         return self.guard(t, y)
-
-
-def taylor_strides(problem: Problem, rtol: float) -> Advance:
-    """Strides by heyoka, which is needed."""
-    import heyoka as hy
-
-    c = problem.constants
-
-    def turns(*angles: Any) -> tuple[Any, ...]:
-        return tuple(function(angle) for angle in angles for function in (hy.cos, hy.sin))
-
-    def integrator(system: Any, ending: Any) -> Any:
-        event = hy.t_event(ending, direction=hy.event_direction.negative)
-        tol = max(rtol, float(np.finfo(float).eps))
-        return hy.taylor_adaptive(system, [0.0] * len(system), t_events=[event], tol=tol)
-
-    phi, alpha, beta, df, da, db = hy.make_vars("phi", "alpha", "beta", "df", "da", "db")
-    dda, ddb = locked_accelerations(c, turns(alpha - c.lock, alpha, beta), (da, da, db))
-    swing = integrator([(alpha, da), (beta, db), (da, dda), (db, ddb)], beta - alpha - c.switch)
-    free = turns(phi, alpha, beta)
-    ddf, dda, ddb = free_accelerations(c, free, (df, da, db))
-    extension = integrator(
-        [(phi, df), (alpha, da), (beta, db), (df, ddf), (da, dda), (db, ddb)],
-        clearance(c, free, hy.cos(beta - c.lock)),
-    )
-    strike = equations(c, jitted=True).strike
-
-    def ended(phase: Any, start: tuple[float, ...]) -> bool:
-        phase.time, phase.state[:] = 0.0, start
-        phase.reset_cooldowns()  # the event of the last run is not to be remembered
-        return int(phase.propagate_until(LONGEST)[0]) == FIRST_EVENT
-
-    def advance(states: Array) -> Array:
-        ends = np.full_like(states, np.nan)
-        for i, (stance, s, d_stance, d_swing) in enumerate(states.tolist()):
-            if ended(swing, (stance, s + math.pi, d_stance, d_swing)):
-                a, b, rate, swing_rate = swing.state.tolist()
-                if ended(extension, (a - c.lock, a, b, rate, rate, swing_rate)):
-                    ends[i] = strike(extension.state)
-        return ends
-
-    return advance

@@ -19,6 +19,7 @@ from powered_walker_env.compiled.decorators import internal, once
 from powered_walker_env.compiled.lanes import (
     SIZE,
     Table,
+    eighth_root,
     load,
     load_state,
     plus,
@@ -152,7 +153,7 @@ def error_norm(w, tolerance, rate_scale):
     sum5 = _squares(e5[0] * a, e5[1] * b, e5[2] * c, e5[3] * d, e5[4] * e, e5[5] * f)
     sum3 = _squares(e3[0] * a, e3[1] * b, e3[2] * c, e3[3] * d, e3[4] * e, e3[5] * f)
     total = math.sqrt((sum5 + 0.01 * sum3) * SIZE)
-    return where(total > 0.0, load(w.length, 0) * sum5 / total, total) / tolerance
+    return where(total > 0.0, load(w.length, 0) * sum5 / (total * tolerance), total)
 
 
 @internal
@@ -166,8 +167,7 @@ def step_factor(error):
 
     An error that is not a number shortens it most.
     """
-    root = math.sqrt(math.sqrt(math.sqrt(where(error > TINY, error, TINY))))
-    factor = SAFETY / root
+    factor = SAFETY / eighth_root(where(error > TINY, error, TINY))
     factor = where(factor < LARGEST_FACTOR, factor, LARGEST_FACTOR)
     factor = where(factor > SMALLEST_FACTOR, factor, SMALLEST_FACTOR)
     return where(error >= 0.0, factor, SMALLEST_FACTOR)

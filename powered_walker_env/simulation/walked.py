@@ -46,9 +46,9 @@ def stride_of(row: Array) -> Stride:
     """The stride in a row of the kernel's results."""
     # The fields of `record.Result` in order.
     (
-        stance, swing, stance_rate, swing_rate, phi, alpha, beta, dphi, dalpha, dbeta, theta, dtheta,
-        duration, step_length, energy_in, positive_work, energy_lost, min_clearance, electrical_energy,
-        outcome,
+        stance, swing, stance_rate, swing_rate, phi, alpha, beta, dphi, dalpha, dbeta,
+        theta, dtheta, duration, step_length, energy_in, positive_work, energy_lost,
+        min_clearance, electrical_energy, outcome,
     ) = row.tolist()  # fmt: skip
     found = object.__new__(Stride)  # whose own way, field by field, takes as long as all of this
     found.__dict__.update(

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
+from benchmarks import processors as processors_module
 from benchmarks import startup as startup_module
 from benchmarks import timing as timing_module
 from benchmarks.__main__ import main
@@ -27,7 +28,7 @@ from benchmarks.equations import (
     free_accelerations,
     locked_accelerations,
 )
-from benchmarks.precision import precision, speed_at
+from benchmarks.precision import leads, precision, speed_at
 from benchmarks.roofline import EVALUATION, SINE_AND_COSINE, STEP
 from benchmarks.scaling import core_counts
 from benchmarks.startup import startup, times
@@ -81,11 +82,28 @@ def test_the_strike_keeps_the_momenta_of_any_walker() -> None:
         assert functions.strike(y) == pytest.approx(list(expected), rel=1e-9)
 
 
-def test_heyoka_walks_the_same_stride() -> None:
+@pytest.mark.parametrize("name", WALKERS)
+def test_heyoka_walks_the_same_strides_one_by_one_and_in_its_lanes(name: str) -> None:
     pytest.importorskip("heyoka")
+    problem = make_problem(name)
+    for method in methods():
+        if method.name.startswith("heyoka"):
+            advance = method.make(problem, 1e-13)
+            for count in (STARTS, 3):  # more than there are lanes, and fewer; the second run anew
+                assert problem.error(advance(problem.starts[:count])) < 1e-11
+
+
+def test_a_start_that_never_lands_ends_with_nan_in_heyokas_lanes() -> None:
+    pytest.importorskip("heyoka")
+    from benchmarks.taylor import batch_strides
+
     problem = make_problem("camp1997")
-    (heyoka,) = (method for method in methods() if method.name.startswith("heyoka"))
-    assert problem.error(heyoka.make(problem, 1e-13)(problem.starts[:STARTS])) < 1e-11
+    starts = problem.starts[:20].copy()
+    starts[4, 2:] = 0.0, 0.0  # at rest: it falls back
+    ends = batch_strides(problem.constants, 1e-8)(starts)
+    assert np.isnan(ends[4]).all()
+    walked = np.arange(20) != 4
+    np.testing.assert_allclose(ends[walked], problem.ends[:20][walked], atol=1e-8)
 
 
 def test_the_physics_of_the_listing_is_refused() -> None:
@@ -163,6 +181,15 @@ def test_speeds_are_read_between_the_rungs() -> None:
     assert math.isnan(speed_at(1e-6, np.array([math.inf]), np.array([1.0])))
 
 
+def test_leads_are_read_at_an_error_that_both_reach() -> None:
+    errors = np.array([[1e-6, 1e-9], [1e-7, 1e-8]])  # of another, and of ours
+    speeds = np.array([[[10.0], [5.0]], [[100.0], [80.0]]])
+    ahead = leads(["another", "ours, a batch"], errors, speeds)
+    assert list(ahead) == ["another"]
+    slower = 10.0 * 0.5 ** (2 / 3)  # of the other at 1e-8, two thirds of the way to 1e-9
+    assert ahead["another"] == pytest.approx([100.0 / 10.0, 80.0 / slower])
+
+
 class Clock:
     """A clock that goes on only when somebody works."""
 
@@ -212,8 +239,9 @@ def test_cores_double_up_to_all() -> None:
 def test_what_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     found = precision(make_problem("camp1997"), [1e-4], 0.001)
-    assert found.data["missing"] == {"heyoka, scalar": "not installed: pip install heyoka"}
-    assert "heyoka, scalar: not installed: pip install heyoka" in found.text
+    remedy = "not installed: pip install heyoka"
+    assert found.data["missing"] == {"heyoka, scalar": remedy, "heyoka, a batch": remedy}
+    assert f"heyoka, a batch: {remedy}" in found.text
 
 
 def test_the_command_measures_writes_and_draws(
@@ -278,6 +306,22 @@ def test_a_process_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup_module, "PARTS", "raise SystemExit('no floor')")
     with pytest.raises(RuntimeError, match="a new process failed to walk: no floor"):
         times({})
+
+
+def test_processors_are_told_beside_the_native_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    names: list[str] = []
+
+    def here(script: str, environment: Mapping[str, str]) -> Any:
+        assert "walked('camp1997', 0.0" in script
+        names.append(environment.get("NUMBA_CPU_NAME", "native"))
+        return processors_module.walked("camp1997", 0.001)
+
+    monkeypatch.setattr(processors_module, "in_new_process", here)
+    found = processors_module.processors(make_problem("camp1997"), 0.001)
+    assert names == [*processors_module.PROCESSORS] * processors_module.RUNS
+    assert found.data["haswell"]["equal"] == 1.0
+    assert found.data["haswell"]["off"] == 0.0
+    assert re.search(r"native +\d+ +[\d,]+ +[\d,]+ +1\.00 +1\.00 +0 +100 %", found.text)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 """Eight walkers in one number: SIMD lanes as numba types, so that formulas need no loop.
 
+Eight with AVX-512; on narrower processors the register holds four or two (`width.py`), and
+all that is said of eight is true of them.
+
 A compiled function that is given `Lanes` (eight floats), `Plane` (eight complex numbers)
 or `Mask` (eight truths) in place of a float, a complex or a bool does the same thing to
 all of them with single machine instructions; given `Dual` or `DualPlane` it also carries their
@@ -16,6 +19,7 @@ from powered_walker_env.compiled.lanes import arithmetic as arithmetic  # gives 
 from powered_walker_env.compiled.lanes import (
     trigonometry as trigonometry,  # gives them sine and cosine
 )
+from powered_walker_env.compiled.lanes.exponents import eighth_root
 from powered_walker_env.compiled.lanes.kinds import LANES, Dual, DualPlane, Lanes, Mask, Plane
 from powered_walker_env.compiled.lanes.selection import at_lane_0, bits, dual, mask_of, where
 from powered_walker_env.compiled.lanes.states import (
@@ -57,6 +61,7 @@ __all__ = [
     "blend_state",
     "dual",
     "dual_state",
+    "eighth_root",
     "eights",
     "load",
     "load_state",

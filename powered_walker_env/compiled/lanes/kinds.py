@@ -13,7 +13,9 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import models, register_model
 
-LANES = 8  # one AVX-512 register; narrower machines take two or four
+from powered_walker_env.compiled.lanes.width import doubles_in_a_register
+
+LANES = doubles_in_a_register()  # eight with AVX-512
 
 FLOATS = ir.VectorType(ir.DoubleType(), LANES)
 INTS = ir.VectorType(ir.IntType(64), LANES)

@@ -83,8 +83,9 @@ def _signed(typing_context, x, sign):
 @internal
 def _sine_cosine(x):
     quarters, odd, sine_sign, cosine_sign = _quarters(x)
-    r = ((x - quarters * _QUARTER) - quarters * _QUARTER_2) - quarters * _QUARTER_3
-    z = r * r
+    near = (x - quarters * _QUARTER) - quarters * _QUARTER_2
+    r = near - quarters * _QUARTER_3  # counts where r is nearly 0 alone: its square need not wait
+    z = near * near
     # In pairs (Estrin): a chain of multiply-adds half as long as Horner's.
     zz = z * z
     odds = (_S1 + z * _S2) + zz * ((_S3 + z * _S4) + zz * (_S5 + z * _S6))
