@@ -51,6 +51,7 @@ from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_lanes,
     error_norm,
+    stability_norm,
     step,
     step_factor,
     workspace,
@@ -143,7 +144,8 @@ def _advance(s, w, sums, batch, d):
     unit, c, links = load(s.unit, 0), constants_lanes(w.constants), joined(w)
     planned(s, w, LONGEST_STEP * unit, (TIME_LIMIT + SHORTEST_STEP) * unit)
     step(w, acting(s))
-    error = error_norm(w, TOLERANCE_SHARE * batch.rtol, 1.0 / unit)
+    error, stiff = error_norm(w, TOLERANCE_SHARE * batch.rtol, 1.0 / unit), stability_norm(w)
+    error = where(stiff > error, stiff, error)
     good = _control_steps(s, w, error)
     pose, last = pose_here(w), load_state(w.flows, SIZE * STAGES)
     pose_new = posed(load_state(w.y_new, 0), links, c)

@@ -41,6 +41,7 @@ EXTRA_STAGES = len(DOP853.A_EXTRA)  # of the interpolant
 FITTED = len(DOP853.D)  # its terms beyond the cubic through both ends
 
 # Step-size control, as in Hairer's code.
+STABLE = 5.0  # h|λ|; the method is stable to about 6 on the negative axis
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 10.0
 TINY = 1e-100  # in place of an error of zero: its eighth root is still a number
 
@@ -154,6 +155,23 @@ def error_norm(w, tolerance, rate_scale):
     sum3 = _squares(e3[0] * a, e3[1] * b, e3[2] * c, e3[3] * d, e3[4] * e, e3[5] * f)
     total = math.sqrt((sum5 + 0.01 * sum3) * SIZE)
     return where(total > 0.0, load(w.length, 0) * sum5 / (total * tolerance), total)
+
+
+@once
+def stability_norm(w):
+    """How near each step is to where the method amplifies what should decay: accept it up to 1.
+
+    The fastest rate λ of the flow shows in its last two stages, which are both at the step's end:
+    h|λ| = h|f − f'|/|y − y'| (Hairer, Nørsett and Wanner II, section IV.2). A motor near its
+    no-load speed holds a light foot so firmly that errors of long steps grow unseen. To the eighth
+    power it shortens steps as an error does.
+    """
+    change = plus(load_state(w.y_new, 0), -1.0, load_state(w.stages, SIZE * (STAGES - 1)))
+    moved = plus(load_state(w.flows, SIZE * STAGES), -1.0, load_state(w.flows, SIZE * (STAGES - 1)))
+    apart, h = _squares(*change), load(w.length, 0) / STABLE
+    rate = where(apart > 0.0, h * h * _squares(*moved) / apart, 0.0)
+    fourth = rate * rate
+    return fourth * fourth
 
 
 @internal
