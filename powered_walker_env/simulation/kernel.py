@@ -68,6 +68,7 @@ LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
 LINEAR = 0.01  # times √rtol: the rest of the way to an event, of which the square is left out
 MAX_STEPS = 20_000
+DOUBT = 0.3  # of the error that the last step lets expect: an estimate is not believed below
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
 #: Foot to foot, over L, up to which the feet stand together and no touch is a landing: at most,
 #: and otherwise √rtol.
@@ -129,13 +130,23 @@ def _commit(s, w, mask, taken):
 
 @once
 def _control_steps(s, w, error):
-    """Propose the next steps' lengths; the lanes (bits) whose steps are accurate enough."""
+    """Propose the next steps' lengths; the lanes (bits) whose steps are accurate enough.
+
+    An estimate far below what the last step lets expect, with the eighth power of the length, is
+    not believed: estimates pass through zero where errors do not.
+    """
     stepping, busy = load(s.target, 0) > 0.0, load(s.busy, 0) > 0.0
+    square = load(w.length, 0) * load(w.length, 0)
+    eighth, expected = square * square * (square * square), load(s.expected, 0)
+    doubted = DOUBT * expected * eighth
+    error = where(error < doubted, doubted, error)
+    accurate = error <= 1.0
+    store(s.expected, 0, where(accurate & ~stepping, error / eighth, expected))
     factor = step_factor(error)
     factor = where((load(s.refused, 0) > 0.0) & (factor > 1.0), 1.0, factor)
-    store(s.refused, 0, where(error <= 1.0, 0.0 * error, 1.0))
+    store(s.refused, 0, where(accurate, 0.0 * error, 1.0))
     store(s.h, 0, where(stepping, load(s.h, 0), load(w.length, 0) * factor))
-    return bits((stepping | (error <= 1.0)) & busy)
+    return bits((stepping | accurate) & busy)
 
 
 @internal

@@ -73,6 +73,7 @@ class Lockstep(NamedTuple):
     t: Table  # s since the stride began
     h: Table  # s, what the step control proposes
     refused: Table  # was the last step too long
+    expected: Table  # 1/s⁸, the last step's error over its tolerance and its length's eighth power
     whole: Table  # s, the step in which an event was found
     fraction: Table  # of a step, at which a guard falls
     unit: Table  # s, √(L/g)
@@ -238,7 +239,7 @@ def enter(s, w, mask, batch):
             longer = 1.0 if free else LOCKED_FIRST_STEP
             blend(s.h, 0, here, longer * batch.first_step * load(s.unit, 0))
     blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
-    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused):
+    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused, s.expected):
         blend(row, 0, mask, 0.0)
     blend(s.fresh, 0, mask, 1.0)
     of_phase = joined(w)
