@@ -71,7 +71,7 @@ NO_LANDING = int(Outcome.NO_LANDING)
 TIME_LIMIT = 20.0  # no landing by then is a fall; the nearly simplest walker takes 3.9
 LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
-LINEAR = 0.01  # times √rtol: the rest of the way to an event, of which the square is left out
+LINEAR = 1e-3  # times √rtol: a way to an event that is linear to its square
 MAX_STEPS = 20_000
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
 #: Foot to foot, over L, up to which the feet stand together and no touch is a landing: at most,
