@@ -60,8 +60,10 @@ def dual_states(block):
 
 @pytest.fixture
 def rows() -> Array:
-    """Two states and a factor."""
-    return np.random.default_rng(1).normal(size=(OUT, LANES))
+    """Two states and a factor, of both signs."""
+    numbers = np.random.default_rng(1).normal(size=(OUT, LANES))
+    numbers[FACTOR, :2] = 0.5, -1.5
+    return numbers
 
 
 def close(found: Array, expected: list[Array]) -> None:
