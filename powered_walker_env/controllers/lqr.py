@@ -23,8 +23,7 @@ class Costs(NamedTuple):
 
 
 #: Of the presets, found by `python -m agents.tune_lqr`. The stance leg counts: it carries the
-#: walker, the swing leg comes out of each stride anew; with knees its rate says how the shank
-#: will swing.
+#: walker, the swing leg comes out of each stride anew. With knees it is the swing rate.
 TUNED = {
     "round-foot": Costs((0.4, 0.001, 1.0, 0.013), (0.0013, 0.013)),
     "camp1997": Costs((0.25, 0.032, 1.0, 0.0025), (0.001, 0.4)),
