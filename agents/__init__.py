@@ -3,6 +3,7 @@
 - `quickstart`: the main job, end to end;
 - `train`: any algorithm of Stable-Baselines3 from a configuration file, under `runs/NAME/`;
 - `analytic_gradient`: a policy by the exact gradients of the stride map, from few strides;
+- `learning_curves`: a picture of several trainings of one environment;
 - `evaluate`: controllers and saved policies on equal disturbances;
 - `severity`: how hard the disturbances are;
 - `tune_lqr`: weights for the linear-quadratic regulator, the baseline.

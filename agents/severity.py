@@ -2,6 +2,7 @@
 
     python -m agents.severity          # the levels of the registered environments
     python -m agents.severity --find   # what they would have to be, found anew
+    python -m agents.severity --env PoweredWalkerKneed-v0  # of these environments alone
 
 Pushes are given; a level of another kind is as hard as the pushes of that level: the
 geometric mean of 1 + the strides survived is the same. (The arithmetic mean would be
@@ -159,13 +160,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         prog="python -m agents.severity", description=(__doc__ or "").split("\n\n")[0]
     )
     parser.add_argument("--find", action="store_true", help="find the levels anew")
+    parser.add_argument(
+        "--env",
+        nargs="+",
+        default=list(ENVIRONMENTS),
+        metavar="ID",
+        help="environments of this package's class (default: all registered by it)",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument(
         "--episodes", type=positive_int, default=EPISODES, help="of each (default: %(default)s)"
     )
     options = parser.parse_args(arguments)
     tables = []
-    for env_id in ENVIRONMENTS:
+    for env_id in options.env:
         rows = severities(env_id, options.episodes, find=options.find)
         tables += [{**row._asdict(), "mean": row.mean._asdict()} for row in rows]
         if not options.json:

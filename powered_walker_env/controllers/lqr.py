@@ -23,11 +23,12 @@ class Costs(NamedTuple):
 
 
 #: Of the presets, found by `python -m agents.tune_lqr`. The stance leg counts: it carries the
-#: walker, the swing leg comes out of each stride anew.
+#: walker, the swing leg comes out of each stride anew. With knees it is the swing rate.
 TUNED = {
     "round-foot": Costs((0.4, 0.001, 1.0, 0.013), (0.0013, 0.013)),
     "camp1997": Costs((0.25, 0.032, 1.0, 0.0025), (0.001, 0.4)),
     "camp1997-as-published": Costs((1.0, 0.003, 0.7, 0.006), (2.7, 0.14)),
+    "kneed": Costs((0.0012, 0.0012, 0.025, 1.0), (0.001, 0.0018)),
 }
 UNTUNED = Costs((1.0, 0.0, 1.0, 0.0), 0.03)
 

@@ -20,16 +20,25 @@ from powered_walker_env.model.quantities import quantities
 TEXT = """
     ## Description
 
-    A planar walker with two straight legs hinged at the hip and massless round feet
-    (J. Camp, *Powered "Passive" Dynamic Walking*, Cornell University, 1997). After each
-    heel strike its feet are locked and it swings passively; when the hip angle falls to
-    the switch angle, a DC motor at constant voltage starts to extend the stance foot,
-    until the next heel strike. **One step of the environment is one stride**, decided
-    just after heel strike. The open-loop motor (a constant action of zero) walks on a
-    limit cycle that is stable but whose basin is narrow: small pushes make it fall after
-    a dozen strides. The task is to keep walking, close to the gait.
+    A planar walker with two legs hinged at the hip, straight or with knees, and massless round
+    feet (J. Camp, *Powered "Passive" Dynamic Walking*, Cornell University, 1997). After each
+    heel strike its feet are locked and it swings passively; when the hip angle falls to the
+    switch angle, a DC motor at constant voltage starts to extend the stance foot, until the
+    next heel strike. **One step of the environment is one stride**, decided just after heel
+    strike. The open-loop motor (a constant action of zero) walks on a limit cycle that is
+    stable but whose basin is narrow: small pushes make it fall after a dozen strides. The task
+    is to keep walking, close to the gait.
 
 {ids}
+
+    `kneed` has thighs and shanks. Its stance knee is locked; its swing knee is free from heel
+    strike until the shank catches up with the thigh (knee strike), then locked, so that
+    states, actions and observations are those of straight legs. More falls than theirs end its
+    episodes: `LANDED_ON_BENT_KNEE`; `MOTOR_BEFORE_KNEE_STRIKE`, since the motor works on a
+    straight-legged walker (on the gait from 0.25 rad above the nominal switch angle, outside
+    the default range); `KNEE_STAYED_STRAIGHT`, `NO_KNEE_STRIKE` and `KNEE_FOLDED`. Most of its
+    falls are `NO_SWITCH` all the same: its motor starts so shortly before heel strike that a
+    pushed walker may land first, and so does one told to switch 0.05 rad later.
 
     ## Action Space
 
@@ -57,9 +66,9 @@ TEXT = """
     | 2   | stance rate α'                | 0.15 rad/s · √(g/10L) | −20 | 20  |
     | 3   | swing rate β'                 | 0.3 rad/s · √(g/10L)  | −20 | 20  |
 
-    Angles are from the floor's normal, forward positive. √(g/10L), SI, is 1 for the
-    registered walkers. A gait of several strides counts from its first. After a fall there
-    is no post-strike state: the observation is that of the last one.
+    Angles are from the floor's normal, forward positive. √(g/10L), SI, is 1 for the registered
+    walkers (0.99 for `kneed`). A gait of several strides counts from its first. After a fall
+    there is no post-strike state: the observation is that of the last one.
 
     ## Rewards
 

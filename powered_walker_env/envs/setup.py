@@ -32,7 +32,7 @@ ACTION_RANGES = {
     "camp1997": (0.15, 0.03),
     "camp1997-as-published": (0.15, 0.03),
     "round-foot": (0.2, 0.3),
-    "kneed": (0.15, 0.3),
+    "kneed": (0.1, 0.3),
 }
 #: Of the other schemes: rad of an angle, and fraction of the strength's absolute value.
 ANGLE_RANGE, STRENGTH_RANGE = 0.15, 0.3

@@ -16,6 +16,7 @@ import pytest
 
 from agents.command import exit_status, pairs
 from agents.evaluate import main
+from agents.severity import main as measure_severity
 from agents.severity import severities, severity_text, size_for
 from agents.tune_lqr import TUNING_SEED, search
 from powered_walker_env.controllers import LQR, evaluate
@@ -54,6 +55,13 @@ def test_a_size_as_severe_as_a_push_is_found() -> None:
     assert rows["sensor", "light"].controller == "LQR"
     text = severity_text(ROUND_FOOT, 6, list(rows.values()))
     assert "rough-ground" in text and f"{push.strides:.1f}" in text
+
+
+def test_severity_of_one_environment(capsys: pytest.CaptureFixture[str]) -> None:
+    measure_severity(["--env", "PoweredWalkerKneed-v0", "--episodes", "3"])
+    printed = capsys.readouterr().out
+    assert printed.count("episodes each") == 1
+    assert printed.startswith("PoweredWalkerKneed-v0, 3") and "rough-parameters" in printed
 
 
 def test_a_search_does_not_lose_what_it_starts_from() -> None:

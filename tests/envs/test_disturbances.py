@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import re
 from typing import Any
@@ -13,13 +14,16 @@ import pytest
 from powered_walker_env import (
     PRESETS,
     Disturbance,
+    Outcome,
     PoweredWalkerEnv,
     PoweredWalkerVectorEnv,
     WalkerParams,
+    stride_batch,
 )
 from powered_walker_env.envs.disturbances import KINDS, SPREAD_FIELDS, episode_params
 from powered_walker_env.envs.levels import LEVELS, SIZES, disturbance_of
 from powered_walker_env.envs.task import state_scale
+from powered_walker_env.model.knee import thigh_of
 from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.model.quantities import quantities
 from tests.helpers.episodes import EVERYTHING, make
@@ -31,6 +35,7 @@ PUSHES = {  # rad/s, (light, medium, rough): fixed
     "camp1997": (0.005, 0.007, 0.01),
     "camp1997-as-published": (0.02, 0.028, 0.04),
     "round-foot": (0.02, 0.032, 0.05),
+    "kneed": (0.025, 0.035, 0.05),
 }
 
 
@@ -145,6 +150,28 @@ def test_the_steepest_slope_is_no_wall_and_no_parameter_turns_negative() -> None
     wild = episode_params(ROUND.params, Disturbance(slope=1.0, parameters=1.0), draws)
     assert wild.slope == 1.5
     assert 0 < wild.foot_length < 1e-16
+
+
+@pytest.mark.parametrize("signs", list(itertools.product((-1, 0, 1), repeat=4)))
+def test_a_leg_with_a_knee_bears_the_wildest_draw(signs: tuple[int, ...]) -> None:
+    """A draw may be 8.6 deviations: thigh and shank change by one factor each, and walk or fall."""
+    params, control, state, _ = PRESETS["kneed"]
+    size = SIZES["kneed"]["parameters"][-1]
+    wild = episode_params(params, Disturbance(parameters=size), 8.6 * np.array([0, *signs, 0]))
+    factors = np.exp(8.6 * size * np.array(signs))
+    before, after = thigh_of(params), thigh_of(wild)
+    assert params.knee is not None and wild.knee is not None
+    assert wild.foot_length == pytest.approx(factors[0] * params.foot_length)
+    assert wild.no_load_speed == pytest.approx(factors[3] * params.no_load_speed)
+    assert after.mass == pytest.approx(factors[1] * before.mass)
+    assert wild.knee.shank_mass == pytest.approx(factors[1] * params.knee.shank_mass)
+    assert after.inertia == pytest.approx(factors[2] * before.inertia, rel=1e-9)
+    assert wild.knee.shank_inertia == pytest.approx(factors[2] * params.knee.shank_inertia)
+    for place in ("length", "com_along", "com_across"):
+        assert getattr(after, place) == pytest.approx(getattr(before, place), abs=1e-12)
+    assert wild.knee.shank_com_along == params.knee.shank_com_along
+    (outcome,) = stride_batch([state], control, wild).outcome
+    assert outcome not in (Outcome.NOT_FINITE, Outcome.STEP_LIMIT)
 
 
 def test_every_controller_meets_the_same_disturbances() -> None:

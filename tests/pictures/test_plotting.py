@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, Control, Trajectory, walk
-from powered_walker_env.pictures.charts import disturbed_walks, learning_curve, save_figure
+from powered_walker_env.pictures.charts import (
+    disturbed_walks,
+    learning_curve,
+    learning_curves,
+    save_figure,
+)
 from powered_walker_env.pictures.charts.walks import COMPONENTS, leg_motion, post_strike_states
 
 PARAMS, CONTROL, STATE, _ = PRESETS["round-foot"]
@@ -94,6 +99,17 @@ def test_the_learning_curve_shows_interval_and_baselines() -> None:
     assert band[:, 1].min() == 8 and band[:, 1].max() == 95
 
 
+def test_several_trainings_are_drawn_with_their_mean() -> None:
+    drawing = learning_curves(
+        [0, 1000], {"a": [10, 50], "b": [20, 90]}, baselines={"LQR": 26.0}, limit=200
+    )
+    (axes,) = drawing.figure.axes
+    lines = [line.get_ydata() for line in axes.get_lines()[:3]]
+    np.testing.assert_array_equal(lines, [[10, 50], [20, 90], [15, 70]])
+    assert axes.get_ylim()[1] == pytest.approx(210)
+    assert list(drawing.columns) == ["strides_trained", "a", "b"]
+
+
 def test_a_curve_of_one_evaluation_can_be_drawn(tmp_path: Path) -> None:
     save_figure(learning_curve([0], [10], [8], [12]), tmp_path / "curve.png")
 
@@ -118,7 +134,7 @@ def test_a_figure_that_cannot_be_written_leaves_the_old_one(tmp_path: Path) -> N
 
 def test_pyplot_is_left_alone() -> None:
     code = (
-        "import sys, powered_walker_env.pictures.charts.walks as p;"
+        "import sys, powered_walker_env.pictures.charts as p;"
         "p.learning_curve([0, 1], [1, 2], [1, 2], [1, 2]);"
         "assert 'matplotlib.pyplot' not in sys.modules"
     )

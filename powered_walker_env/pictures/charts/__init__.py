@@ -9,14 +9,11 @@ from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
+from powered_walker_env.pictures.charts.learning import learning_curve, learning_curves
 from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
 from powered_walker_env.pictures.charts.sticks import stick_figure
-from powered_walker_env.pictures.charts.walks import (
-    disturbed_walks,
-    learning_curve,
-    portrait_figure,
-)
+from powered_walker_env.pictures.charts.walks import disturbed_walks, portrait_figure
 
 __all__ = [
     "Drawing",
@@ -29,6 +26,7 @@ __all__ = [
     "energetics_figure",
     "gait_figure",
     "learning_curve",
+    "learning_curves",
     "portrait_figure",
     "save_drawing",
     "save_figure",

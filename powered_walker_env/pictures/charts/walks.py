@@ -1,4 +1,4 @@
-"""Figures of walks and of learning."""
+"""Figures of walks."""
 
 from __future__ import annotations
 
@@ -30,50 +30,6 @@ from powered_walker_env.simulation.trajectory import Trajectory
 
 COMPONENTS = PostStrikeState._fields
 GAIT = "gait"  # the name of the undisturbed gait among walks: drawn on top, in ink
-
-
-@styled
-def learning_curve(
-    steps: ArrayLike,
-    mean: ArrayLike,
-    low: ArrayLike,
-    high: ArrayLike,
-    *,
-    baselines: Mapping[str, float] | None = None,
-    limit: int = 100,
-    title: str = "",
-) -> Drawing:
-    """Strides survived against strides trained, with a band of confidence and baselines.
-
-    Args:
-        steps: (n,) strides walked in training at each evaluation.
-        mean, low, high: (n,) strides survived, and their interval.
-        baselines: name to strides survived, of controllers that do not learn.
-        limit: strides of a whole episode.
-    """
-    figure, (axes,) = sheet()
-    x = np.asarray(steps, np.float64) / 1000
-    band = "95 % confidence, over the\nepisodes of this one seed"
-    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, linewidth=0, label=band)
-    axes.plot(x, mean, color=BLUE, marker="o", markersize=4, label="policy, as it learns")
-    colours = [colour for colour in PALETTE if colour != BLUE]
-    for (name, value), colour in zip((baselines or {}).items(), colours, strict=False):
-        axes.axhline(value, color=colour, linestyle="--", linewidth=1.3)
-        axes.annotate(
-            f"{name}: {value:.0f}", (1, value), xycoords=axes.get_yaxis_transform(),
-            xytext=(-4, 3), textcoords="offset points", ha="right", color=colour,
-        )  # fmt: skip
-    axes.axhline(limit, color=GREY, linewidth=0.8)
-    axes.set(
-        xlabel="strides walked in training (thousands)",
-        ylabel=f"strides survived, of {limit}",
-        xlim=(0, 1.02 * (x[-1] or 1)),
-        ylim=(0, 1.05 * limit),
-        title=title,
-    )
-    axes.legend(loc="center right")
-    columns = {"strides_trained": steps, "strides": mean, "strides_low": low, "strides_high": high}
-    return Drawing(figure, columns)
 
 
 @styled
