@@ -1,7 +1,7 @@
 """The stride map and what is asked of it (Camp 1997, section 7), by question:
 
-- what is the map, and its derivative? `maps`; which tolerances hold everywhere?
-  `tolerances`;
+- what is the map, and its derivative? `maps`; on which three numbers of the state does it live?
+  `sections`; which tolerances hold everywhere? `tolerances`;
 - which gaits are there? `gaits` (near a guess, by `fixed_points`), `search` (everywhere),
   `wanted` (of a given speed or step length);
 - how do they change with a parameter? `families`, and the room `branches`: continuation,
@@ -65,6 +65,7 @@ from powered_walker_env.poincare.regions import (
 )
 from powered_walker_env.poincare.regulator import Regulator, regulate
 from powered_walker_env.poincare.search import find_gaits
+from powered_walker_env.poincare.sections import Section, section_of
 from powered_walker_env.poincare.stability import (
     GaitSensitivity,
     LyapunovExponent,
@@ -103,6 +104,7 @@ __all__ = [
     "Policy",
     "Ramp",
     "Regulator",
+    "Section",
     "Slice",
     "SpecialKind",
     "SpecialPoint",
@@ -134,6 +136,7 @@ __all__ = [
     "run_chains",
     "run_pieces",
     "schwab_wisse_slice",
+    "section_of",
     "slice_through",
     "stability_boundaries",
     "stable_gait",
