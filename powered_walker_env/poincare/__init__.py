@@ -7,6 +7,7 @@
 - how do they change with a parameter? `families`, and the room `branches`: continuation,
   special points, cascades to chaos, boundaries in two parameters, ramps by brute force;
 - how stable, beyond the multipliers? the room `stability`;
+- disturbed at every step, how long does it walk, and how long could it? the room `stochastic`;
 - from where are they reached, and from where could any controller reach them? the room
   `regions`, with the `regulator`;
 - what does walking cost, what must it, and is the contact possible? the room `energy`;
@@ -76,6 +77,19 @@ from powered_walker_env.poincare.stability import (
     transition_times,
     trap_around,
 )
+from powered_walker_env.poincare.stochastic import (
+    FirstPassage,
+    Grid,
+    Law,
+    Optimum,
+    StepNoise,
+    TablePolicy,
+    Walks,
+    disturbed_walks,
+    first_passage,
+    optimum,
+    step_law,
+)
 from powered_walker_env.poincare.wanted import find_gait_with
 from powered_walker_env.poincare.work import LostWorkersError, run_chains, run_pieces
 from powered_walker_env.simulation.derivatives import PARAMETERS
@@ -93,14 +107,18 @@ __all__ = [
     "Costs",
     "CurveEnd",
     "EndReason",
+    "FirstPassage",
     "FunctionPolicy",
     "Gait",
     "GaitNotFoundError",
     "GaitSensitivity",
+    "Grid",
     "GroundForce",
+    "Law",
     "LostWorkersError",
     "LyapunovExponent",
     "MapPoint",
+    "Optimum",
     "Policy",
     "Ramp",
     "Regulator",
@@ -108,10 +126,13 @@ __all__ = [
     "Slice",
     "SpecialKind",
     "SpecialPoint",
+    "StepNoise",
     "StrideMap",
+    "TablePolicy",
     "TransitionTimes",
     "Trap",
     "Viability",
+    "Walks",
     "at_equal_gait",
     "basin",
     "basin_volume",
@@ -122,16 +143,19 @@ __all__ = [
     "continue_boundary",
     "continue_gait",
     "costs",
+    "disturbed_walks",
     "doubling_cascade",
     "family_costs",
     "find_gait",
     "find_gait_with",
     "find_gaits",
+    "first_passage",
     "gait_sensitivity",
     "ground_force",
     "ideal_push",
     "least_cost",
     "lyapunov_exponent",
+    "optimum",
     "regulate",
     "run_chains",
     "run_pieces",
@@ -140,6 +164,7 @@ __all__ = [
     "slice_through",
     "stability_boundaries",
     "stable_gait",
+    "step_law",
     "switch_branch",
     "transition_times",
     "trap_around",

@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.checks import whole_number
 from powered_walker_env.poincare.sections import Section
@@ -46,7 +47,9 @@ class Grid:
                 f"{centre.shape} and {frame.shape}"
             )
         if not (np.isfinite(centre).all() and np.isfinite(frame).all()):
-            raise ValueError(f"centre and frame must be finite, got {self.centre!r}, {self.frame!r}")
+            raise ValueError(
+                f"centre and frame must be finite, got {self.centre!r}, {self.frame!r}"
+            )
         if np.linalg.cond(frame / np.abs(frame).max()) > 1e12:
             raise ValueError(f"frame must have axes that span the section, got {self.frame!r}")
         shape = tuple(whole_number("shape", int(n), 2) for n in self.shape)
@@ -111,16 +114,15 @@ class Grid:
         """(N, 3) changes (N, k) of points, counted in nodes along each axis."""
         return self._counted(0.5 * np.linalg.solve(self.frame, changes.T).T)
 
-    def _counted(self, shares: Array) -> Array:
+    def _counted(self, shares: NDArray[Any]) -> Array:
         counted = np.zeros((len(shares), DIMENSIONS))
         counted[:, : len(self.shape)] = shares * (np.array(self.shape) - 1)
         return counted
 
-    def holds(self, places: Array) -> np.ndarray:
+    def holds(self, places: Array) -> NDArray[np.bool_]:
         """(N,) whether places (N, 3) are inside."""
         last = np.array(self.table_shape) - 1
-        inside: np.ndarray = ((places >= 0) & (places <= last)).all(axis=1)
-        return inside
+        return np.all((places >= 0) & (places <= last), axis=1)
 
     def resized(self, shape: Sequence[int]) -> Grid:
         """The same box with other counts."""

@@ -165,12 +165,13 @@ def start_places(stepper: Stepper, state: Array, law: Law) -> tuple[Array, Array
 
 def mean_at(grid: Grid, values: Array, points: Array, weights: Array) -> float:
     """The mean of a table at weighted points; those off the grid, or NaN, count 0."""
-    inside = np.isfinite(points).all(axis=1)
-    inside[inside] = grid.holds(grid.places(points[inside]))
+    inside = grid.holds(grid.places(np.where(np.isfinite(points), points, np.inf)))
     return float(weights[inside] @ grid.at(values[:, np.newaxis], points[inside])[:, 0])
 
 
-def _passage(law: Law, points: Array, weights: Array, limit: int) -> tuple[float, float, Array, Array]:
+def _passage(
+    law: Law, points: Array, weights: Array, limit: int
+) -> tuple[float, float, Array, Array]:
     """(second eigenvalue, mean strides from the start, survival, mean strides from each node)."""
     grid = law.grid
     alive, total = np.ones(grid.size), np.zeros(grid.size)

@@ -4,7 +4,7 @@ A stride from a node under a control is deterministic up to its landing; what di
 (the height of the ground, the strength of the control) is a sum over branches, each a stride of
 its own. What comes after, the push on both leg rates at the heel strike, carries the walker to
 section places that are normal around the landing's own: the swing to the section is differenced
-there, twice a row. That is the one approximation besides the grid's; `push_error` measures it.
+there, twice a row: the one approximation besides the grid's.
 
 Steps of the ground are independent of each other: the rise of each is drawn anew.
 """
@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,9 @@ def branches_of(noise: StepNoise, count: int) -> Branches:
         n = whole_number("branches", count, 2) if size > 0 else 1
         edges = np.linspace(-4.0, 4.0, n + 1)
         mass = np.diff([0.5 * math.erf(edge / math.sqrt(2.0)) for edge in edges])
-        axes.append((size * 0.5 * (edges[1:] + edges[:-1]) if n > 1 else np.zeros(1), mass / mass.sum()))
+        axes.append(
+            (size * 0.5 * (edges[1:] + edges[:-1]) if n > 1 else np.zeros(1), mass / mass.sum())
+        )
     (heights, first), (factors, second) = axes
     grids = np.meshgrid(heights, 1.0 + factors, indexing="ij")
     return Branches(grids[0].ravel(), grids[1].ravel(), np.outer(first, second).ravel())
@@ -168,7 +170,9 @@ def step_law(
         ValueError: a grid of no walker's section, or one on the feet where the noise leaves it.
     """
     check_section(grid, noise)
-    points, weights = normal_points(push_points) if noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
+    points, weights = (
+        normal_points(push_points) if noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
+    )
     drawn = branches_of(noise, branches)
     stepper = Stepper(params, control, grid, noise, rtol)
     states, each = grid.states, len(drawn.share) * (1 if choices is None else len(choices))
@@ -180,9 +184,11 @@ def step_law(
         parts.append(_rows(stepper, some, numbers, drawn, reward, points, weights))
         if progress is not None:
             progress(min(first + size, len(states)) * each, len(states) * each)
-    counts, *columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+    counts, choice, share, mean, gain, worth = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
     begin = np.concatenate([[0], np.cumsum(counts)])
-    return Law(grid, begin, *columns, points, weights)
+    return Law(grid, begin, choice, share, mean, gain, worth, points, weights)
 
 
 def check_section(grid: Grid, noise: StepNoise) -> None:
@@ -210,7 +216,7 @@ def check_section(grid: Grid, noise: StepNoise) -> None:
 def _rows(
     stepper: Stepper, states: Array, numbers: Array, drawn: Branches, reward: Reward | None,
     points: Array, weights: Array,
-) -> tuple[NDArray[np.int64], ...]:  # fmt: skip
+) -> tuple[NDArray[Any], ...]:  # fmt: skip
     """(counts of rows by node, and the rows' columns) from some nodes.
 
     Args:
