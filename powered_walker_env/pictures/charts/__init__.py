@@ -7,6 +7,7 @@ neither a style nor a matplotlibrc of the user's changes a picture.
 
 from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
+from powered_walker_env.pictures.charts.chances import passage_figure, viability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
 from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
@@ -28,8 +29,10 @@ __all__ = [
     "energetics_figure",
     "gait_figure",
     "learning_curve",
+    "passage_figure",
     "portrait_figure",
     "save_drawing",
     "save_figure",
     "stability_figure",
+    "viability_figure",
 ]

@@ -137,7 +137,7 @@ def optimum(
     require(0.0 < discount <= 1.0, "discount", "lie in (0, 1]", discount)
     law = regulate(gait, half_range)
     numbers = _counts(counts, len(law.nominal))
-    on = decided_section(gait, law, noise)
+    on = decided_section(gait, law.high, noise)
     problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points, progress)
     box = placed(problem, on, seed) if grid is None else grid
     if grid is None:

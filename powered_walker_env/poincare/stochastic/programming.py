@@ -36,10 +36,11 @@ DITHER = 0.2  # half ranges, of the regulator's control in the first round
 REACH_TAIL, REACH_MARGIN = 1e-4, 1.25  # of the box over where the optimum walks
 
 
-def decided_section(gait: Gait, law: Regulator, noise: StepNoise) -> Section:
-    on = section_of(gait.params, gait.control, law.high, level=noise.level)
+def decided_section(gait: Gait, high: Array, noise: StepNoise) -> Section:
+    """The section ahead of every switch up to the upper bounds of the control."""
+    on = section_of(gait.params, gait.control, high, level=noise.level)
     if on.hip_angle is None and noise.push > 0 and len(on.coordinates) < 3:
-        return section_of(gait.params, gait.control, law.high, level=False)
+        return section_of(gait.params, gait.control, high, level=False)
     return on
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from powered_walker_env.compiled.decorators import internal, kernel
 
 
@@ -90,3 +92,37 @@ def spread(counts, weight, mean, gain, points, weights, index, share):
                     index[number], part = 0, 0.0
                 share[number] = part
                 number += 1
+
+
+@kernel
+def led_into(counts, mean, half, inside, every, off_grid, held):
+    """Which rows (M,) lead into a set of nodes: all nodes about the row's box, or any of them.
+
+    Args:
+        mean, half: (M, 3) middle and half widths of the boxes, in nodes.
+        inside: (N,) the set; every: whether all nodes about the box must be of it, or any.
+        off_grid: whether what leaves the grid counts as of the set.
+        held: (M,) is written.
+    """
+    m, o = counts[1], counts[2]
+    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
+    for row in range(mean.shape[0]):
+        leaves, misses = False, False
+        for axis in range(3):
+            low, high = mean[row, axis] - half[row, axis], mean[row, axis] + half[row, axis]
+            if not (low >= 0.0 and high <= counts[axis] - 1):
+                leaves = True
+            if not (high >= 0.0 and low <= counts[axis] - 1):
+                misses = True
+            first[axis] = max(int(np.floor(max(low, 0.0))), 0)
+            last[axis] = min(int(np.ceil(min(high, counts[axis] - 1.0))), counts[axis] - 1)
+        if misses or (leaves and (off_grid or every)):
+            held[row] = off_grid
+            continue
+        found = every
+        for i in range(first[0], last[0] + 1):
+            for j in range(first[1], last[1] + 1):
+                for k in range(first[2], last[2] + 1):
+                    if inside[(i * m + j) * o + k] != every:
+                        found = not every
+        held[row] = found
