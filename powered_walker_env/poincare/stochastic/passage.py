@@ -190,7 +190,9 @@ def _passage(
         last = share
     if share < 1.0:
         total += alive * share / (1.0 - share)
-    return share, mean_at(grid, total, points, weights), np.array(survival), total
+    more = survival[-1] * share ** np.arange(1, limit + 2 - len(survival))
+    known = np.concatenate([survival, more])
+    return share, mean_at(grid, total, points, weights), known, total
 
 
 def _left(grid: Grid, met: Visits, found: Walks) -> tuple[float, float]:
