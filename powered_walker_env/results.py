@@ -120,6 +120,15 @@ def result_info(path: str | os.PathLike[str]) -> dict[str, Any]:
         }
 
 
+def holds_result(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a result's, as far as its entries say; False if it cannot be read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return f"{DOCUMENT}.npy" in archive.namelist()
+    except (OSError, zipfile.BadZipFile):
+        return False
+
+
 @functools.cache
 def versions() -> dict[str, str]:
     """Versions of what computed a result."""

@@ -14,7 +14,15 @@ from importlib.metadata import version
 
 import numpy as np
 
-from powered_walker_env.cli import compiling, costs, published, regions, studies, walking
+from powered_walker_env.cli import (
+    compiling,
+    costs,
+    published,
+    regions,
+    robustness,
+    studies,
+    walking,
+)
 from powered_walker_env.cli.running import run_command, say_anything, told
 
 PROG = "powered-walker"
@@ -56,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, costs, published, compiling):
+    families = (walking, studies, regions, robustness, costs, published, compiling)
+    for family in families:
         family.add_commands(commands)
     return parser

@@ -165,8 +165,8 @@ def _edge(curve: Boundary) -> dict[str, Any]:
 def _basin(options: argparse.Namespace) -> Report:
     check_count("--points, their product,", abs(math.prod(options.points)), least=0)
     check_count("strides", options.strides, most=MOST_STRIDES)
-    if options.slice and (walker := SLICES[options.slice]((1, 1)).section):
-        options.preset, options.set = SLICED, [f"slope={walker.slope}"]
+    if options.slice and (on := SLICES[options.slice]((1, 1)).on):
+        options.preset, options.set = SLICED, [f"slope={on.params.slope}"]
     gait = gait_of(options)
     grid = _slice(options, gait)
     with Progress("basin") as progress:
@@ -200,7 +200,8 @@ def _window(options: argparse.Namespace, gait: Gait) -> tuple[Bounds, Bounds]:
     It grows from the gait until what ends there leaves its edge free, and is then drawn in.
     """
     columns = [COORDINATES.index(name) for name in options.axes]
-    centre, units = np.array(gait.state)[columns], natural_units(gait.params)[columns]
+    centre = np.array(slice_through(gait, tuple(options.axes)).base)[columns]
+    units = natural_units(gait.params)[columns]
     for reach in REACHES if gait.stable else [UNSTABLE_REACH]:
         low, high = centre - reach * units, centre + reach * units
         grid = slice_through(gait, tuple(options.axes), _pairs(low, high), (COARSE, COARSE))

@@ -9,9 +9,15 @@ from powered_walker_env.controllers.evaluation import (
     METHOD,
     SHARE_METHOD,
     WALKED,
+    Estimate,
     Evaluation,
     paired_difference,
     share_estimate,
+)
+from powered_walker_env.controllers.scores import (
+    OPEN_LOOP_NAME,
+    OPTIMUM_NAME,
+    normalised_score,
 )
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.tabular import aligned
@@ -21,7 +27,7 @@ def comparison_text(evaluations: Mapping[str, Evaluation], title: str) -> str:
     """The table, and below it the sample and how the walkers fell."""
     first_name, first = next(iter(evaluations.items()))
     count = len(first.strides)
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             name,
             item.mean_strides.text(),
@@ -33,7 +39,17 @@ def comparison_text(evaluations: Mapping[str, Evaluation], title: str) -> str:
         )
         for name, item in evaluations.items()
     ]
-    head = ("controller", f"strides of {first.limit}", "difference", "to the end", "return")
+    head: tuple[str, ...] = (
+        "controller",
+        f"strides of {first.limit}",
+        "difference",
+        "to the end",
+        "return",
+    )
+    scores = _scores(evaluations)
+    if scores:
+        head = (*head, "score")
+        rows = [(*row, scores[row[0]].text(3)) for row in rows]
     lines = aligned([head, *rows])
     falls = [f"  {name}: {_falls(item)}" for name, item in evaluations.items()]
     notes = [
@@ -41,12 +57,23 @@ def comparison_text(evaluations: Mapping[str, Evaluation], title: str) -> str:
         f"{first.seed + count - 1}, the same for all;",
         f"differences are against {first_name}, episode by episode. Falls:",
     ]
+    if scores:
+        notes.insert(1, "score: of the return, 0 is the open loop and 1 the optimum;")
     return "\n".join([title, "", *lines, "", *notes, *falls]) + "\n"
+
+
+def _scores(evaluations: Mapping[str, Evaluation]) -> dict[str, Estimate]:
+    """The normalised scores, where the open loop and the optimum were evaluated, too."""
+    if not {OPEN_LOOP_NAME, OPTIMUM_NAME} <= set(evaluations):
+        return {}
+    ends = evaluations[OPEN_LOOP_NAME], evaluations[OPTIMUM_NAME]
+    return {name: normalised_score(item, *ends) for name, item in evaluations.items()}
 
 
 def comparison(evaluations: Mapping[str, Evaluation]) -> dict[str, Any]:
     """The comparison for JSON, with the numbers of every episode."""
     first_name, first = next(iter(evaluations.items()))
+    scores = _scores(evaluations)
     return {
         "env": first.env_id,
         "env_kwargs": dict(first.env_kwargs),
@@ -56,7 +83,9 @@ def comparison(evaluations: Mapping[str, Evaluation]) -> dict[str, Any]:
         "stride_limit": first.limit,
         "intervals": {"means": METHOD, "shares": SHARE_METHOD},
         "controllers": {
-            name: _entry(item, first_name, first) for name, item in evaluations.items()
+            name: _entry(item, first_name, first)
+            | ({"score": scores[name]._asdict()} if scores else {})
+            for name, item in evaluations.items()
         },
     }
 

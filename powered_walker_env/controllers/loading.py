@@ -10,14 +10,18 @@ from typing import Any
 from powered_walker_env.controllers.controller import Controller, OpenLoop, as_controller
 from powered_walker_env.controllers.lqr import LQR
 from powered_walker_env.controllers.network import load_network
+from powered_walker_env.controllers.optimal import Optimal
+from powered_walker_env.controllers.scores import OPEN_LOOP_NAME, OPTIMUM_NAME
 from powered_walker_env.envs.paths import imported
 from powered_walker_env.envs.task import Task
+from powered_walker_env.poincare import Optimum
+from powered_walker_env.results import holds_result, load_result
 
-OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
+OPEN_LOOP, LQR_NAME, OPTIMAL = "open-loop", "lqr", "optimal"
 POLICY, BEST_MODEL = "policy.npz", "best_model.zip"  # in the folder of a training
 KINDS = (
-    f"{OPEN_LOOP!r}, {LQR_NAME!r}, a policy (.npz), a model of Stable-Baselines3 (.zip), the "
-    "folder of a training, or module:function"
+    f"{OPEN_LOOP!r}, {LQR_NAME!r}, {OPTIMAL!r}, a policy or an optimum (.npz), a model of "
+    "Stable-Baselines3 (.zip), the folder of a training, or module:function"
 )
 
 
@@ -26,7 +30,8 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
 
     Args:
         source: a controller; a function from (N, 4) observations to (N, k) actions; or, as a
-            text or path: "open-loop", "lqr", a policy (.npz), a model of Stable-Baselines3
+            text or path: "open-loop", "lqr", "optimal" (where the optimum comes with the
+            package), a policy or an optimum (.npz), a model of Stable-Baselines3
             (.zip, a pickle: a warning says so), the folder of a training, or
             "module:function", which is imported.
         task: of the environment that it will meet.
@@ -40,7 +45,9 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
         controller = as_controller(source)
         return str(getattr(source, "__name__", type(source).__name__)), controller
     if source == OPEN_LOOP:
-        return "open loop", OpenLoop(len(task.nominal))
+        return OPEN_LOOP_NAME, OpenLoop(len(task.nominal))
+    if source == OPTIMAL:
+        return OPTIMUM_NAME, Optimal(task)
     if source == LQR_NAME:
         return "LQR", LQR(task)
     if re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*", str(source)):
@@ -63,6 +70,8 @@ def _saved(path: Path, task: Task, env_id: str | None) -> tuple[str, Controller]
         raise FileNotFoundError(f"controllers are {KINDS}, got {str(path)!r}")
     folder = path.absolute().parent.name
     label = folder if path.name in (POLICY, BEST_MODEL) else f"{folder}/{path.stem}"
+    if path.suffix == ".npz" and holds_result(path):
+        return OPTIMUM_NAME, Optimal(task, _optimum_in(path))
     if path.suffix == ".npz":
         network = load_network(path)
         _check_spaces(path, (4,), (network.actions,), task)
@@ -77,6 +86,15 @@ def _saved(path: Path, task: Task, env_id: str | None) -> tuple[str, Controller]
     policy = load_sb3_policy(path)
     _check_spaces(path, policy.observation_space.shape, policy.action_space.shape, task)
     return f"SB3 {label}", policy
+
+
+def _optimum_in(path: Path) -> Optimum:
+    found = load_result(path)
+    if not isinstance(found, Optimum):
+        raise ValueError(
+            f"{str(path)!r} must hold an optimum to be a controller, got a {type(found).__name__}"
+        )
+    return found
 
 
 def _check_spaces(path: Path, observations: Any, actions: Any, task: Task) -> None:

@@ -16,6 +16,7 @@ from powered_walker_env import PRESETS, Gait
 from powered_walker_env.cli import main
 from powered_walker_env.cli.output import Progress
 from powered_walker_env.poincare.branches.branch import Branch
+from powered_walker_env.poincare.sections import section_of
 from powered_walker_env.results import load_result, result_info
 
 PUBLISHED = ("--preset", "camp1997-as-published")
@@ -242,9 +243,9 @@ def test_a_basin_is_looked_at_whole(preset: str, capsys: pytest.CaptureFixture[s
     """Without bounds the window holds the gait, and all but strays of what ends on it."""
     few = ("--points", "60", "60", "--backend", "threading", "--json")
     data = json.loads(run(capsys, "basin", "--preset", preset, *few))
-    state = PRESETS[preset].state
-    for (low, high), value in zip(data["ranges"], (state.stance_angle, state.stance_rate),
-                                  strict=True):  # fmt: skip
+    params, control, state, _ = PRESETS[preset]
+    on = section_of(params, control).points([state])[0]  # stance angle, stance rate, ...
+    for (low, high), value in zip(data["ranges"], on[:2].tolist(), strict=True):
         assert low < value < high
     ends = np.array(data["attractor"]) >= 0
     border = np.concatenate([ends[0], ends[-1], ends[:, 0], ends[:, -1]])

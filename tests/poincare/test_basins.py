@@ -15,13 +15,11 @@ from powered_walker_env.poincare.regions.basins import FELL, WALKING, basin
 from powered_walker_env.poincare.regions.slices import (
     SLICES,
     Slice,
-    angle_sum,
-    has_section,
-    on_section,
     slice_through,
 )
 from powered_walker_env.poincare.regions.volumes import basin_volume
 from powered_walker_env.poincare.regulator import regulate
+from powered_walker_env.poincare.sections import section_of
 from powered_walker_env.poincare.stability.trapping import trap_around
 from tests.helpers.samples import MOTORS
 
@@ -184,38 +182,17 @@ def test_the_volume_of_the_section_is_the_default_measure() -> None:
     flat = basin_volume(walker.params, None, samples=10, backend="threading")
     assert flat.coordinates == ("stance_angle", "stance_rate")
     motor = basin_volume(PARAMS, CONTROL, samples=10, gaits=[GAIT], backend="threading")
-    assert len(motor.coordinates) == 4
+    assert motor.coordinates == found.coordinates
+    assert motor.section == section_of(PARAMS, CONTROL)
+    np.testing.assert_allclose(0.5 * (motor.low + motor.high), motor.section.points([STATE])[0])
+    raw = basin_volume(PARAMS, CONTROL, STATE - UNITS, STATE + UNITS, samples=10, gaits=[GAIT],
+                       backend="threading")  # fmt: skip
+    assert len(raw.coordinates) == 4 and raw.section is None
 
 
 def preset_gait(name: str) -> Gait:
     params, control, state, _ = PRESETS[name]
     return find_gait(params, control, state)
-
-
-LOCKED = [name for name, preset in PRESETS.items() if has_section(preset.params, preset.control)]
-
-
-def test_walkers_with_a_motor_have_no_section() -> None:
-    assert set(PRESETS) - set(LOCKED) == {*MOTORS, "motor-with-stop"}
-
-
-@pytest.mark.parametrize("name", LOCKED)
-def test_every_stride_with_a_locked_foot_ends_on_the_section(name: str) -> None:
-    params, control, state, _ = PRESETS[name]
-    starts = np.random.default_rng(6).normal(state, 0.04, (100, 4))
-    ends = StrideMap(params, control, 1e-10)(starts)
-    ends = ends[np.isfinite(ends).all(axis=1)]
-    assert len(ends) > 10 and not np.allclose(starts, on_section(params, starts), atol=1e-3)
-    np.testing.assert_allclose(on_section(params, ends), ends, rtol=0.0, atol=1e-12)
-
-
-def test_a_foot_at_an_angle_shifts_the_section() -> None:
-    params = PRESETS["compass"].params.replace(foot_length=0.1, locked_ankle_angle=2.9)
-    starts = np.random.default_rng(6).normal(PRESETS["compass"].state, 0.04, (100, 4))
-    ends = StrideMap(params, None, 1e-10)(starts)
-    ends = ends[np.isfinite(ends).all(axis=1)]
-    assert len(ends) > 10 and abs(angle_sum(params)) > 0.05
-    np.testing.assert_allclose(ends[:, 0] + ends[:, 1], angle_sum(params), rtol=0.0, atol=1e-12)
 
 
 def test_half_of_what_a_plain_slice_shows_attracted_is_not_on_the_section() -> None:
@@ -291,8 +268,8 @@ def test_bad_basins_are_refused() -> None:
         basin(PARAMS, CONTROL, [STATE], gaits=[], rtol=None)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="low must be below high"):
         basin_volume(PARAMS, CONTROL, STATE, STATE, gaits=[])
-    with pytest.raises(ValueError, match=r"low and high must be 4 numbers \("):
-        basin_volume(PARAMS, CONTROL, (0, 0, 0), (1, 1, 1), gaits=[])
+    with pytest.raises(ValueError, match=r"4 numbers, or 3 \("):
+        basin_volume(PARAMS, CONTROL, (0, 0), (1, 1), gaits=[])
     with pytest.raises(ValueError, match="4 numbers, or 3"):
         basin_volume(PRESETS["compass"].params, None, (0, 0), (1, 1), gaits=[])
     with pytest.raises(ValueError, match="low must be finite"):

@@ -7,6 +7,7 @@ neither a style nor a matplotlibrc of the user's changes a picture.
 
 from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
+from powered_walker_env.pictures.charts.chances import passage_figure, viability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
 from powered_walker_env.pictures.charts.learning import learning_curve, learning_curves
@@ -27,9 +28,11 @@ __all__ = [
     "gait_figure",
     "learning_curve",
     "learning_curves",
+    "passage_figure",
     "portrait_figure",
     "save_drawing",
     "save_figure",
     "stability_figure",
     "stick_figure",
+    "viability_figure",
 ]

@@ -31,7 +31,7 @@ from powered_walker_env.poincare import (
     Gait,
 )
 from powered_walker_env.poincare.regions.basins import FELL, WALKING
-from powered_walker_env.poincare.regions.slices import COORDINATES, free_coordinates
+from powered_walker_env.poincare.regions.slices import COORDINATES
 
 #: Colours of the kinds of fall; darker with more strides.
 FALLS = {
@@ -117,7 +117,8 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
                 interpolation="nearest")  # fmt: skip
     indices = [COORDINATES.index(name) for name in grid.axes]
     for gait in basin.gaits:
-        x, y = gait.states[:, indices].T
+        on = gait.states if grid.on is None else grid.on.states(grid.on.points(gait.states))
+        x, y = on[:, indices].T
         handles += axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=6, zorder=4,
                              label="the gait")  # fmt: skip
     axes.grid(visible=False)
@@ -132,17 +133,17 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
 
 
 def _fixed(basin: Basin) -> str:
-    """What the plane keeps, and whether it lies on the section that strides end on."""
+    """What the plane keeps, and the section that it lies on."""
     grid = basin.grid
     assert grid is not None
-    free = COORDINATES if grid.section is None else free_coordinates(grid.section)
+    free = COORDINATES if grid.on is None else grid.on.coordinates
     kept = [
         f"{name.replace('_', ' ')} {value:.4g} {'rad/s' if name.endswith('rate') else 'rad'}"
         for name, value in zip(COORDINATES, grid.base, strict=True)
         if name in free and name not in grid.axes
-        and not (grid.section and name == "stance_angle")  # the swing angle stands for it
+        and not (grid.on and name == "stance_angle")  # the swing angle stands for it
     ]  # fmt: skip
-    section = ["on the section that its strides end on"] if grid.section else []
+    section = [] if grid.on is None else [f"on the section: {grid.on}"]
     return ", ".join([*section, *([f"at {', '.join(kept)}"] if kept else [])])
 
 

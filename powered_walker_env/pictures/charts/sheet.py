@@ -21,6 +21,7 @@ from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.powering import SCHEMES
 from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.branches.paths import PATH
 from powered_walker_env.tabular import csv_text
 
 P = ParamSpec("P")
@@ -128,6 +129,8 @@ def save_figure(drawing: Drawing, path: str | os.PathLike[str]) -> Path:
 
 def label_of(name: str) -> str:
     """What a number of a walker, a control or a post-strike state is, and its unit, for an axis."""
+    if name == PATH:
+        return "λ along the path"
     label, unit = name.replace("_", " "), "rad/s" if name.endswith("rate") else "rad"
     for owner in (WalkerParams, Knee, *(each.control for each in SCHEMES.values())):
         if owner is not None and name in quantities(owner):

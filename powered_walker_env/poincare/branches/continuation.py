@@ -71,6 +71,18 @@ def continue_gait(
             parameter's domain.
     """
     family = family_within(gait, [parameter], [bounds])
+    return followed(family, gait, bounds, step, max_points, least_clearance)
+
+
+def followed(
+    family: Family,
+    gait: Gait,
+    bounds: Bounds,
+    step: float | None,
+    max_points: int,
+    least_clearance: float | None,
+) -> Branch:
+    """The branch of a gait in a family with one parameter, both ways."""
     u = family.unknowns(gait.state, family.current())
     forward = np.eye(STATE_SIZE + 1)[-1]
     tangent = tangent_of(family.evaluate(u).jacobian, forward)

@@ -1,16 +1,11 @@
-"""Where to look in the state space: planes in it, and the section that strides end on.
+"""Where to look in the state space: planes in it, and in the section of a walker (`sections.py`).
 
-A stride of a walker whose foot stays locked ends with both feet on the floor, legs mirrored:
-K = L + D e^{−i·q2_lock} from hip to floor along either leg's foot gives s = −α − 2 arg K (for
-a foot in line with its leg s = −α). So of the four numbers of the post-strike state three are
-free; with massless point feet two, since the trailing foot is at rest as its leg begins to
-swing: β' = α' cos(α − s). A plane of the four-number space that keeps s as it is leaves that
-section: its states are never met again. Walkers whose ankle moves have no such section.
+A plane of the four-number space that leaves the section is mostly states that no stride makes:
+of a walker with both feet on the floor, one that keeps the swing angle as it is.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,12 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powered_walker_env.model.checks import real_number, require
-from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import PostStrikeState, check_state, natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.maps import StrideMap
+from powered_walker_env.poincare.sections import Section, known_section
 from powered_walker_env.simulation.strides import Array
 
 COORDINATES = PostStrikeState._fields
@@ -48,11 +42,15 @@ class Slice:
     axes: tuple[str, str]  # across, up: names out of PostStrikeState's fields
     ranges: tuple[tuple[float, float], tuple[float, float]]  # rad or rad/s, ends included
     shape: tuple[int, int] = (200, 200)  # points across, up
-    section: WalkerParams | None = None  # whose section the slice lies on; None: on none
+    section: WalkerParams | Section | None = None  # whose section it lies on; None: on none
+    hip_angle: float | None = None  # rad, of that section; None: both feet on the floor
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base", check_state(self.base))
-        free = COORDINATES if self.section is None else free_coordinates(self.section)
+        if isinstance(self.section, Section):
+            object.__setattr__(self, "hip_angle", self.section.hip_angle)
+            object.__setattr__(self, "section", self.section.params)
+        free = COORDINATES if self.on is None else self.on.coordinates
         known = {*free, "swing_angle"}  # on a section in place of the stance angle
         axes, angles = set(self.axes), {"stance_angle", "swing_angle"}
         good = len(self.axes) == len(axes) == 2 and axes <= known
@@ -63,6 +61,14 @@ class Slice:
             )
         object.__setattr__(self, "ranges", _checked_ranges(self.ranges))
         object.__setattr__(self, "shape", _checked_shape(self.shape))
+
+    @property
+    def on(self) -> Section | None:
+        """The section that it lies on."""
+        if self.section is None:
+            return None
+        assert isinstance(self.section, WalkerParams)
+        return Section(self.section, self.hip_angle)
 
     @property
     def ticks(self) -> tuple[Array, Array]:
@@ -80,11 +86,11 @@ class Slice:
         states = np.tile(np.array(self.base), (across.size, 1))
         states[:, COORDINATES.index(self.axes[0])] = across.ravel()
         states[:, COORDINATES.index(self.axes[1])] = up.ravel()
-        if self.section is None:
+        if self.on is None:
             return states
         if "swing_angle" in self.axes:
-            states[:, 0] = angle_sum(self.section) - states[:, 1]
-        return on_section(self.section, states)
+            states[:, 0] = self.on.stance_angles(states[:, 1])
+        return self.on.laid(states)
 
 
 def _checked_ranges(ranges: Any) -> tuple[tuple[float, float], ...]:
@@ -111,66 +117,38 @@ def _checked_shape(shape: Any) -> tuple[int, ...]:
     return tuple(map(int, shape))
 
 
-def angle_sum(params: WalkerParams) -> float:
-    """α + s of a walker with locked feet, both on the floor: −2 arg K, rad."""
-    lever = params.foot_length * cmath.exp(-1j * params.locked_ankle_angle)
-    return -2.0 * cmath.phase(params.leg_length + lever)
-
-
-def _follows(params: WalkerParams) -> bool:
-    """Whether the swing rate follows from the others: massless point feet."""
-    return params.massless_foot and params.foot_length == params.foot_radius == 0.0
-
-
-def free_coordinates(params: WalkerParams) -> tuple[str, ...]:
-    """The coordinates of a walker's section: what its locked feet leave free."""
-    rates = ("stance_rate",) if _follows(params) else ("stance_rate", "swing_rate")
-    return ("stance_angle", *rates)
-
-
-def on_section(params: WalkerParams, states: Array) -> Array:
-    """(N, 4) states with the free coordinates of these, on the section of a walker."""
-    states = states.copy()
-    states[:, 1] = angle_sum(params) - states[:, 0]
-    if _follows(params):
-        states[:, 3] = states[:, 2] * np.cos(states[:, 0] - states[:, 1])
-    return states
-
-
-def has_section(params: WalkerParams, control: AnyControl | Policy | None) -> bool:
-    """Whether the strides of a walker so powered end on a section: its foot stays locked."""
-    return not StrideMap(params, control).scheme.moves_ankle
-
-
 def slice_through(
     gait: Gait,
     axes: tuple[str, str] = AXES,
     ranges: tuple[tuple[float, float], tuple[float, float]] | None = None,
     shape: tuple[int, int] = (200, 200),
+    *,
+    section: Section | None = None,
 ) -> Slice:
-    """The plane through a gait to look at: on the walker's section, if it has one.
-
-    With an ankle motor the other two coordinates are the gait's. Such a slice is a picture
-    of pushes that change two numbers of the state and no others; the strides from it leave
-    it, and its shares say nothing of the volume of a basin.
+    """The plane through a gait to look at, on its section.
 
     Args:
         gait: of the walker.
         axes: across, up.
         ranges: of both, rad or rad/s; 0.1 (0.1 √(g/L) of a rate) around the gait if left out.
         shape: points across, up.
+        section: left out, both feet on the floor where the foot stays locked, else the switch
+            (`section_of`); where controls are chosen, one ahead of all of them. A walker that
+            has none is looked at in the plane through its post-strike state.
     """
-    section = gait.params if has_section(gait.params, gait.control) else None
+    on = known_section(gait.params, gait.control) if section is None else section
+    here = np.array([gait.state]) if on is None else on.states(on.points([gait.state]))
     if ranges is None:
-        low, high = (dict(zip(COORDINATES, end, strict=True)) for end in box_around(gait))
+        corners = [corner.tolist() for corner in box_around(gait, here[0])]
+        low, high = (dict(zip(COORDINATES, corner, strict=True)) for corner in corners)
         ranges = tuple((low.get(n, 0.0), high.get(n, 1.0)) for n in axes)  # type: ignore[assignment]
-    return Slice(gait.state, axes, ranges, shape, section)  # type: ignore[arg-type]
+    return Slice(here[0].tolist(), axes, ranges, shape, on)  # type: ignore[arg-type]
 
 
-def box_around(gait: Gait) -> tuple[list[float], list[float]]:
-    """Lowest and highest states (4,) of the box around a gait that is looked at by default."""
+def box_around(gait: Gait, state: Array) -> tuple[Array, Array]:
+    """Lowest and highest states (4,) of the box that is looked at by default."""
     reach = REACH * natural_units(gait.params)
-    return (np.array(gait.state) - reach).tolist(), (np.array(gait.state) + reach).tolist()
+    return state - reach, state + reach
 
 
 def schwab_wisse_slice(shape: tuple[int, int] = (200, 200)) -> Slice:

@@ -1,7 +1,7 @@
 """How much of the state space a gait attracts, by Monte Carlo with an exact interval.
 
-Measured on the section that strides end on, where the walker has one (`slices.py`): a box in
-all four coordinates is mostly states that no stride ends with.
+Measured on the section of the walker (`sections.py`): a box in all four coordinates is mostly
+states that no stride makes.
 """
 
 from __future__ import annotations
@@ -18,13 +18,8 @@ from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.gaits import Gait, GaitNotFoundError
 from powered_walker_env.poincare.regions.basins import Basin, basin, gaits_of
-from powered_walker_env.poincare.regions.slices import (
-    COORDINATES,
-    box_around,
-    free_coordinates,
-    has_section,
-    on_section,
-)
+from powered_walker_env.poincare.regions.slices import COORDINATES, box_around
+from powered_walker_env.poincare.sections import Section, known_section
 from powered_walker_env.poincare.work.pieces import RunOptions
 from powered_walker_env.simulation.strides import Array
 
@@ -42,6 +37,7 @@ class BasinVolume:
     share: float  # of the box
     share_low: float  # Clopper–Pearson bounds
     share_high: float
+    section: Section | None = None  # that the starts lie on; None: on none
 
     @property
     def box_volume(self) -> float:
@@ -66,16 +62,18 @@ def basin_volume(
     confidence: float = 0.95,
     strides: int = 100,
     gaits: Sequence[Gait] | None = None,
+    section: Section | None = None,
     **run: Unpack[RunOptions],
 ) -> BasinVolume:
     """Share of a box of starts that converge to a gait, by seeded Monte Carlo.
 
     Args:
         low, high: corners of the box, rad and rad/s: three numbers (stance angle, stance
-            rate, swing rate) on the section of a walker whose foot stays locked (two with
-            massless point feet, `free_coordinates`), or all four of the state for a box
-            that leaves the section. Left out: 0.1 (0.1 √(g/L) of a rate) around the gait,
-            on the section if there is one.
+            rate, swing rate) on the walker's section (two with massless point feet on the
+            floor, `Section.coordinates`), or all four of the state for a box that leaves it.
+            Left out: 0.1 (0.1 √(g/L) of a rate) around the gait, on the section.
+        section: left out, both feet on the floor where the foot stays locked, else the
+            switch (`section_of`).
         samples: uniform random starts.
         confidence: of the exact binomial interval (Clopper and Pearson 1934), which
             covers at least that often. It covers chance, not the limit of strides: a
@@ -89,36 +87,38 @@ def basin_volume(
     samples = whole_number("samples", samples, 1)
     require(0 < confidence < 1, "confidence", "lie in (0, 1)", confidence)
     known = gaits_of(params, control, gaits)
-    names, bottom, top = _box(params, control, low, high, known)
-    starts = np.zeros((samples, len(COORDINATES)))
-    columns = [COORDINATES.index(name) for name in names]
-    starts[:, columns] = np.random.default_rng(seed).uniform(bottom, top, (samples, len(names)))
-    if names != COORDINATES:
-        starts = on_section(params, starts)
+    on = known_section(params, control) if section is None else section
+    names, bottom, top = _box(on, low, high, known)
+    if names == COORDINATES:
+        on = None
+    drawn = np.random.default_rng(seed).uniform(bottom, top, (samples, len(names)))
+    starts = drawn if on is None else on.states(drawn)
     stable = known if gaits is not None else tuple(gait for gait in known if gait.stable)
     found = basin(params, control, starts, strides=strides, gaits=stable, **run)
     hits = int(np.count_nonzero(found.attractor >= 0))
     bounds = scipy.stats.binomtest(hits, samples).proportion_ci(confidence)
     share_low, share_high = float(bounds.low), float(bounds.high)
     return BasinVolume(
-        found, names, bottom, top, seed, confidence, hits / samples, share_low, share_high
+        found, names, bottom, top, seed, confidence, hits / samples, share_low, share_high, on
     )
 
 
 def _box(
-    params: WalkerParams,
-    control: AnyControl | Policy | None,
+    section: Section | None,
     low: Sequence[float] | None,
     high: Sequence[float] | None,
     gaits: tuple[Gait, ...],
 ) -> tuple[tuple[str, ...], Array, Array]:
     """Coordinates and corners of the box."""
-    names = free_coordinates(params) if has_section(params, control) else COORDINATES
+    names = COORDINATES if section is None else section.coordinates
     if low is None and high is None:
         if not gaits:
             raise GaitNotFoundError("low and high must be given for a walker without a gait")
+        here = np.array([gaits[0].state])
+        if section is not None:
+            here = section.states(section.points(here))
         columns = [COORDINATES.index(name) for name in names]
-        bottom, top = (np.array(corner)[columns] for corner in box_around(gaits[0]))
+        bottom, top = (corner[columns] for corner in box_around(gaits[0], here[0]))
         return names, bottom, top
     if low is None or high is None:
         raise ValueError(f"low and high must be given both or not at all, got {low!r}, {high!r}")

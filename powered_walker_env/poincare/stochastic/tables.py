@@ -1,0 +1,61 @@
+"""Tables of controls over a grid of the section, as policies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy.ndimage
+from numpy.typing import NDArray
+
+from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.poincare.gaits import Gait
+from powered_walker_env.poincare.stochastic.grid import Grid
+from powered_walker_env.poincare.tolerances import FATE_RTOL
+from powered_walker_env.simulation.strides import Array
+
+
+@dataclass(frozen=True, eq=False)
+class TablePolicy:
+    """A table of controls over a grid of the section, linear in between: a policy.
+
+    A state is carried to the section first; beyond the grid the nearest control holds.
+    """
+
+    grid: Grid = field(repr=False)
+    numbers: Array = field(repr=False)  # (N, k) of the controls at the nodes
+    scheme: str
+    high: Array  # (k,) upper bounds of the numbers
+
+    def __repr__(self) -> str:
+        return f"TablePolicy({self.scheme}, {self.grid.shape} nodes)"
+
+    def __call__(self, states: Array) -> Array:
+        """(N, k) numbers of the controls."""
+        assert self.grid.section is not None
+        points = self.grid.section.points(states, FATE_RTOL)
+        lost = np.isnan(points).any(axis=1)  # they fall whatever is done
+        points[lost] = self.grid.centre
+        return self.grid.at(self.numbers, points)
+
+
+def table_policy(
+    grid: Grid, choice: NDArray[Any], choices: Array, gait: Gait, high: Array
+) -> TablePolicy:
+    """The policy of choices (N,) out of controls (A, k); who falls anyway goes as its neighbour."""
+    bad, chosen = (choice < 0).reshape(grid.table_shape), choice.reshape(grid.table_shape)
+    if bad.any() and not bad.all():
+        nearest = scipy.ndimage.distance_transform_edt(
+            bad, return_distances=False, return_indices=True
+        )
+        chosen = chosen[tuple(nearest)]
+    numbers = choices[np.maximum(chosen.ravel(), 0)]
+    return TablePolicy(grid, numbers, scheme_of(gait.control).name, high)
+
+
+def controls_between(low: Array, high: Array, counts: Sequence[int]) -> Array:
+    """(A, k) the controls of a grid between bounds, the last number running fastest."""
+    axes = [np.linspace(*ends) for ends in zip(low, high, counts, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
