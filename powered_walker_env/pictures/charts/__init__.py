@@ -9,7 +9,11 @@ from powered_walker_env.pictures.charts.boundaries import boundary_figure
 from powered_walker_env.pictures.charts.branches import branch_figure, stability_figure
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
-from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
+from powered_walker_env.pictures.charts.planes import (
+    basin_figure,
+    bifurcation_figure,
+    fate_pixels,
+)
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
 from powered_walker_env.pictures.charts.walks import (
     disturbed_walks,
@@ -26,6 +30,7 @@ __all__ = [
     "cycle",
     "disturbed_walks",
     "energetics_figure",
+    "fate_pixels",
     "gait_figure",
     "learning_curve",
     "portrait_figure",
