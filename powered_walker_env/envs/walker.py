@@ -20,6 +20,7 @@ from powered_walker_env.envs.contract import (
 )
 from powered_walker_env.envs.description import describe
 from powered_walker_env.envs.gallery import RENDER_FPS, Gallery
+from powered_walker_env.envs.levels import key_push
 from powered_walker_env.envs.saved import check_saved
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import Task
@@ -126,11 +127,16 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
         active, starts = NOBODY if fallen else None, self._gallery.starts()
         result = self.walkers.step(wanted[np.newaxis], active)
         self._gallery.add(starts, active)
+        pushes, restart = self._gallery.pushes_and_restart()
+        if pushes and not result.terminated[0]:
+            self.walkers.push(0, pushes * key_push(self.task))
+            result.observation[0] = self.walkers.observations[0]
+            result.info["state"][0] = self.walkers.states[0]
         return (
             result.observation[0],
             float(result.reward[0]),
             bool(result.terminated[0]),
-            False,
+            restart,
             first_of(result.info),
         )
 

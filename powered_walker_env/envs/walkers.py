@@ -19,7 +19,7 @@ from powered_walker_env.envs.noise import draw_normals, first_word
 from powered_walker_env.envs.rewards import REWARDS, own_rewards
 from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
-from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
+from powered_walker_env.envs.task import EFFORT, OBSERVATION_LIMIT, STABILITY, STRIDE_INFO, Task
 from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.phases import Outcome, encode
 from powered_walker_env.model.powering import MOTOR
@@ -174,6 +174,12 @@ class Walkers:
         self.outcomes[:] = outcomes
         info = self._info(outcomes, table)
         return Step(self.observations.copy(), rewards, outcomes != WALKED, info)
+
+    def push(self, i: int, rate: float) -> None:
+        """Add to both leg rates of walker i, rad/s; its observation feels it."""
+        felt = self.observations[i, 2:] + rate / self._scale[2:]
+        self.states[i, 2:] += rate
+        self.observations[i, 2:] = np.clip(felt, -OBSERVATION_LIMIT, OBSERVATION_LIMIT)
 
     def _reward(
         self,
