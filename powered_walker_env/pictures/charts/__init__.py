@@ -14,6 +14,7 @@ from powered_walker_env.pictures.charts.planes import (
     bifurcation_figure,
     fate_pixels,
 )
+from powered_walker_env.pictures.charts.poses import angles_figure, stride_figure
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
 from powered_walker_env.pictures.charts.walks import (
     disturbed_walks,
@@ -23,6 +24,7 @@ from powered_walker_env.pictures.charts.walks import (
 
 __all__ = [
     "Drawing",
+    "angles_figure",
     "basin_figure",
     "bifurcation_figure",
     "boundary_figure",
@@ -37,4 +39,5 @@ __all__ = [
     "save_drawing",
     "save_figure",
     "stability_figure",
+    "stride_figure",
 ]
