@@ -31,6 +31,7 @@ from powered_walker_env.simulation.strides import Array
 
 STANCE_ANGLE, STANCE_RATE = (COORDINATES.index(name) for name in AXES)
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 181)
+TICKS = 4  # of an axis, about: their labels are long
 MOST_REACH = 3.0  # of a multiplier, that the picture of the unit circle still shows
 
 
@@ -48,6 +49,7 @@ class Panel:
         for axis in self.figure.axis:
             axis.axis_label_text_font_style = "normal"
             axis.axis_label_text_font_size = "12px"
+            axis.ticker.desired_num_ticks = TICKS
         self.figure.grid.grid_line_color = PALE
         self.strides = self._source(x=[], y=[])  # the last strides' points
         self.newest = self._source(x=[], y=[])

@@ -70,6 +70,7 @@ def _bhounsule_round(slope: float) -> WalkerParams:
     )
 
 
+#: Walkers with known gaits, by name.
 PRESETS: dict[str, Preset] = {
     "camp1997": Preset(
         _FIGURE_6,

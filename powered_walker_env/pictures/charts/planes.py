@@ -122,7 +122,7 @@ def fate_pixels(basin: Basin) -> tuple[NDArray[np.float64], list[tuple[str, str]
 
     Returns:
         The colours, and for each hue that occurs its meaning and colour; those of falls, whose
-        meaning ends in *, are the darker, the more strides the walker made before.
+        meaning ends in an asterisk, are the darker, the more strides the walker made before.
 
     Raises:
         ValueError: a basin of a list of states, which has no picture.

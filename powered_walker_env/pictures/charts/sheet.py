@@ -56,6 +56,9 @@ class Drawing:
     columns: Mapping[str, ArrayLike]  # of the CSV: name with unit -> (n,) values
     tables: Mapping[str, Mapping[str, ArrayLike]] = field(default_factory=dict)  # further CSVs
 
+    def __repr__(self) -> str:
+        return f"Drawing({', '.join(self.columns)})"
+
     def _repr_png_(self) -> bytes:
         """The figure, for notebooks."""
         with _own_style(), io.BytesIO() as file:
