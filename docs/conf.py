@@ -34,7 +34,7 @@ templates_path = ["_templates"]
 default_role = "py:obj"
 
 html_theme = "furo"
-html_title = "powered_walker_env"
+html_title = "Powered walker"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False

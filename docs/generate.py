@@ -23,6 +23,7 @@ from powered_walker_env.envs.levels import LEVELS, SIZES
 from powered_walker_env.envs.registration import MAX_EPISODE_STEPS
 from powered_walker_env.literature import validate
 from powered_walker_env.model.powering import SCHEMES, scheme_of
+from powered_walker_env.model.presets import Preset
 from powered_walker_env.model.quantities import quantities
 from powered_walker_env.pictures.film import save_animation
 
@@ -86,6 +87,11 @@ def film(path: Path, preset: str) -> None:
         save_animation(walk(state, control, params, STRIDES), path, width=560, height=300)
 
 
+def source_of(preset: Preset) -> str:
+    """Where a walker comes from, without where its gait does."""
+    return re.split(r"; (?:long )?gait found", preset.source)[0]
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     """A table in Markdown."""
     lines = [header, ["---"] * len(header), *rows]
@@ -114,7 +120,7 @@ def environment(env_id: str, preset: str, threshold: float) -> str:
             zip(gait.state._fields, gait.state, task.scale.tolist(), units, strict=True)
         )
     ]
-    source = PRESETS[preset].source.partition("; gait found")[0]
+    source = source_of(PRESETS[preset])
     facts = [
         ("Make it", f"`gym.make(\"{PACKAGE}:{env_id}\")`"),
         ("Walker", f"preset `{preset}`: {source}"),
@@ -153,7 +159,7 @@ def presets() -> str:
         gait = find_gait(*preset[:3])
         rows.append((f"`{name}`", f"`{scheme_of(preset.control).name}`",
                      f"{preset.params.slope:.4g}", f"{gait.spectral_radius:.4f}",
-                     f"{gait.speed:.4g}", preset.source.partition("; gait found")[0]))  # fmt: skip
+                     f"{gait.speed:.4g}", source_of(preset)))  # fmt: skip
     header = ("preset", "powered by", "slope, rad", "spectral radius", "speed, m/s", "source")
     return table(header, rows)
 
@@ -203,9 +209,9 @@ def home(room: str, name: str) -> str:
     files = sorted(root.parent.rglob("*.py")) if root.name == "__init__.py" else [root]
     for file in files:
         if re.search(rf"^(\w+, )*{name}\b.*=", file.read_text(encoding="utf-8"), re.MULTILINE):
-            inside = file.relative_to(root.parent).with_suffix("").parts
-            parts = inside if root.name == "__init__.py" else ()
-            return ".".join([module.__name__, *(part for part in parts if part != "__init__")])+f".{name}"
+            parts = file.relative_to(root.parent).with_suffix("").parts
+            inside = [part for part in parts if part != "__init__"] if len(files) > 1 else []
+            return ".".join([module.__name__, *inside, name])
     return f"{module.__name__}.{name}"
 
 
@@ -232,5 +238,5 @@ def reference_page(room: str, title: str) -> str:
 def daily() -> str:
     """What one types in a day: the names that the package itself exports."""
     package, rooms = importlib.import_module(PACKAGE), documented_in()
-    names = [name for name in package.__all__ if name in rooms]
-    return "\n".join(f"- {{py:obj}}`{home(rooms[name], name)}`" for name in sorted(names, key=str.lower)) + "\n"
+    names = sorted((name for name in package.__all__ if name in rooms), key=str.lower)
+    return "".join(f"- {{py:obj}}`{home(rooms[name], name)}`\n" for name in names)
