@@ -14,7 +14,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import generate  # noqa: E402 (beside this file)
-from markdown_docstrings import replace_markdown  # noqa: E402
+from docstrings import prepare, restore  # noqa: E402
 
 import powered_walker_env  # noqa: E402
 
@@ -53,9 +53,11 @@ autodoc_member_order = "bysource"
 autodoc_class_signature = "mixed"
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+napoleon_custom_sections = [("Numbers", "params_style")]
 
 
 def setup(app: Any) -> None:
     """Make what pages include, before they are read."""
     generate.everything(HERE / "generated", HERE / "reference")
-    app.connect("autodoc-process-docstring", replace_markdown)
+    app.connect("autodoc-process-docstring", prepare, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", restore, priority=600)  # after it

@@ -21,7 +21,7 @@ from powered_walker_env import (
 from powered_walker_env.envs.description import describe
 from powered_walker_env.envs.levels import LEVELS, SIZES
 from powered_walker_env.envs.registration import MAX_EPISODE_STEPS
-from powered_walker_env.literature import validate
+from powered_walker_env.literature import Kind, Row, validate
 from powered_walker_env.model.powering import SCHEMES, scheme_of
 from powered_walker_env.model.presets import Preset
 from powered_walker_env.model.quantities import quantities
@@ -53,6 +53,7 @@ NAMES = {
     "pictures.renderer": ["Renderer"],
 }
 PACKAGE = "powered_walker_env"
+PUBLISHED = ("quantity", "published", "here", "difference", "")
 
 
 def everything(generated: Path, reference: Path) -> None:
@@ -177,21 +178,26 @@ def schemes() -> str:
 
 
 def published() -> str:
-    """Every published value beside ours."""
-    rows = validate()
+    """Every published value beside ours, by kind of origin, walker and source."""
+    order = list(Kind)
+    rows = sorted(validate(), key=lambda row: order.index(row.kind))
     text = []
-    for kind, group in itertools.groupby(sorted(rows, key=lambda row: row.kind), lambda r: r.kind):
+    for kind, group in itertools.groupby(rows, lambda row: row.kind):
         of_kind = list(group)
         agree = sum(row.agrees for row in of_kind)
         text += [f"## {kind[0].upper()}{kind[1:]}\n", f"{agree} of {len(of_kind)} agree.\n"]
-        for walker, lines in itertools.groupby(of_kind, lambda row: row.walker):
-            text += [f"### {walker}\n", table(
-                ("quantity", "published", "here", "difference", "", "source"),
-                [(row.quantity, f"`{row.published}`", f"`{row.ours}`", f"{row.difference:.1e}",
-                  row.verdict + (f": {row.differs}" if row.differs else ""), row.source)
-                 for row in lines],
-            )]  # fmt: skip
+        for walker, of_walker in itertools.groupby(of_kind, lambda row: row.walker):
+            text.append(f"### {walker}\n")
+            for source, lines in itertools.groupby(of_walker, lambda row: row.source):
+                text += [f"{source}\n", table(PUBLISHED, map(published_row, lines))]
     return "\n".join(text)
+
+
+def published_row(row: Row) -> tuple[str, ...]:
+    """One line of the table."""
+    verdict = row.verdict + (f": {row.differs}" if row.differs else "")
+    numbers = (f"`{row.published}`", f"`{row.ours}`", f"{row.difference:.1e}")
+    return row.quantity, *numbers, verdict
 
 
 def public_names(room: str) -> list[str]:
