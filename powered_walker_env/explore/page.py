@@ -8,24 +8,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, Range1d
 from bokeh.models.widgets.inputs import Select
 from bokeh.models.widgets.markups import Div
-from bokeh.plotting import figure
 
 from powered_walker_env.controllers.loading import OPEN_LOOP
 from powered_walker_env.explore.aside import Aside
 from powered_walker_env.explore.choice import Choice
 from powered_walker_env.explore.controls import Chooser, Handles
-from powered_walker_env.explore.keys import Arrival, listen
+from powered_walker_env.explore.keys import listen
 from powered_walker_env.explore.panels import (
+    STANCE_ANGLE,
+    STANCE_RATE,
     BasinPanel,
     DiagramPanel,
     Multipliers,
     Section,
-    rgba,
 )
 from powered_walker_env.explore.session import Session
+from powered_walker_env.explore.stage import Stage
 from powered_walker_env.explore.views import (
     Prospect,
     basin_view,
@@ -58,12 +58,12 @@ class Page:
         self.found: Prospect | None = None  # the last that was known
         self.chooser = Chooser(controllers, self._choose, self._refuse)
         self.handles = Handles(self.session)
+        self.stage = Stage(self.session, PICTURE)
         self._quick = Aside(document.add_next_tick_callback, "gaits")
         self._slow = Aside(document.add_next_tick_callback, "diagrams")
         self._diagram_of: Any = None  # what the diagram in the panel holds for
         self._offering = False  # whether it is the page that chooses the diagram's parameter
         self._note = ""
-        self._make_walker()
         self._make_panels()
         self._lay_out(document)
         self.chooser.show(choice)
@@ -79,19 +79,6 @@ class Page:
 
     # What one sees --------------------------------------------------------------------
 
-    def _make_walker(self) -> None:
-        width, height = PICTURE
-        self.walker = figure(
-            width=width, height=height, x_range=Range1d(start=0, end=width), min_border=0,
-            y_range=Range1d(start=0, end=height), toolbar_location=None, tools="", name="walker",
-        )  # fmt: skip
-        self.walker.axis.visible = self.walker.grid.visible = False
-        self.walker.outline_line_color = None
-        self._picture = ColumnDataSource({"image": [], "number": []}, name="picture")
-        self.walker.image_rgba("image", source=self._picture, x=0, y=0, dw=width, dh=height)
-        self._arrival = Arrival(self._picture)
-        self.status = Div(width=width, height=62, name="status")
-
     def _make_panels(self) -> None:
         self.section = Section((230, 230))
         self.multipliers = Multipliers((230, 230))
@@ -103,13 +90,13 @@ class Page:
 
     def _lay_out(self, document: Any) -> None:
         middle = column(
-            self.walker,
+            self.stage.figure,
             self.handles.layout,
-            self.status,
+            self.stage.status,
             row(self.section.figure, self.multipliers.figure),
         )
         right = column(self.basin.figure, self.meanings, self.parameter, self.diagram.figure)
-        unseen = row(listen(document, self.handles.keys), self._arrival.model)
+        unseen = row(listen(document, self.handles.keys), self.stage.arrival.model)
         document.add_root(
             column(row(self.chooser.layout, middle, right), Div(text=HELP, width=700), unseen)
         )
@@ -220,11 +207,7 @@ class Page:
             return
         if struck:
             self._show_strides()
-        self._show_status()
-        number = self._arrival.next()
-        if number is not None:
-            picture = rgba(self.session.picture()[::-1])
-            self._picture.data = {"image": [picture], "number": [number]}
+        self.stage.show(self._note)
 
     def _show_strides(self) -> None:
         """The last strides in the panels, if they were walked under the present choice."""
@@ -232,22 +215,7 @@ class Page:
             return
         states = self.session.section()
         for panel in (self.section, self.basin):
-            panel.show_strides(states[:, 0], states[:, 2])
+            panel.show_strides(states[:, STANCE_ANGLE], states[:, STANCE_RATE])
         if self.diagram.shown is not None:
             value = self.choice.value(self.diagram.shown.parameter)
             self.diagram.show_present(value, states)
-
-    def _show_status(self) -> None:
-        status = self.session.status()
-        lines = [f"stride {status.stride} since the start, {status.falls} falls so far"]
-        if status.pushed:
-            lines[0] += " · the push comes with the next heel strike"
-        if status.lies:
-            lines = [f"<b>{html.escape(status.fell)}</b>", "It starts again."]
-        elif status.fell:
-            lines.append(f"Last fall: {html.escape(status.fell)}")
-        if self._note:
-            lines.append(f"<i>{html.escape(self._note)}</i>")
-        text = "<br>".join(lines)
-        if text != self.status.text:
-            self.status.text = text

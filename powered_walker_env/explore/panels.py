@@ -11,17 +11,15 @@ from typing import Any
 
 import numpy as np
 from bokeh.events import Tap
-from bokeh.models import ColumnDataSource, Range1d
-from bokeh.models.annotations import Span, Title
-from bokeh.plotting import figure
+from bokeh.models.annotations import Span
 
+from powered_walker_env.explore.panel import Panel, around, rgba
 from powered_walker_env.pictures.charts import fate_pixels
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     GREY,
     INK,
     ORANGE,
-    PALE,
     RED,
     label_of,
 )
@@ -31,53 +29,7 @@ from powered_walker_env.simulation.strides import Array
 
 STANCE_ANGLE, STANCE_RATE = (COORDINATES.index(name) for name in AXES)
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 181)
-TICKS = 4  # of an axis, about: their labels are long
 MOST_REACH = 3.0  # of a multiplier, that the picture of the unit circle still shows
-
-
-class Panel:
-    """A figure with a title that says what it shows, or why it shows nothing."""
-
-    def __init__(self, name: str, across: str, up: str, size: tuple[int, int]) -> None:
-        self.name = name
-        self.title = Title(text=name, text_font_size="12px")
-        self.figure = figure(
-            frame_width=size[0], frame_height=size[1], title=self.title, toolbar_location=None,
-            tools="", x_axis_label=across, y_axis_label=up, x_range=Range1d(), y_range=Range1d(),
-            name=name,
-        )  # fmt: skip
-        for axis in self.figure.axis:
-            axis.axis_label_text_font_style = "normal"
-            axis.axis_label_text_font_size = "12px"
-            axis.ticker.desired_num_ticks = TICKS
-        self.figure.grid.grid_line_color = PALE
-        self.strides = self._source(x=[], y=[])  # the last strides' points
-        self.newest = self._source(x=[], y=[])
-
-    def _source(self, **columns: Any) -> Any:
-        return ColumnDataSource(columns)
-
-    def say(self, note: str) -> None:
-        """Put a note after the name."""
-        self.title.text = f"{self.name}: {note}" if note else self.name
-
-    def _view(self, across: tuple[float, float], up: tuple[float, float]) -> None:
-        """Show this part of the plane."""
-        for axis, (low, high) in zip(
-            (self.figure.x_range, self.figure.y_range), (across, up), strict=True
-        ):
-            axis.update(start=low, end=high)
-
-    def _draw_strides(self, colour: str = RED) -> None:
-        """Small dots for the last strides, a ring for the newest: above all else."""
-        self.figure.scatter("x", "y", source=self.strides, size=4, color=colour, alpha=0.6)
-        self.figure.scatter("x", "y", source=self.newest, size=10, line_color=INK, line_width=1.5,
-                            fill_color=colour)  # fmt: skip
-
-    def show_strides(self, across: Array, up: Array) -> None:
-        """The last strides, the newest last."""
-        self.strides.data = {"x": across, "y": up}
-        self.newest.data = {"x": across[-1:], "y": up[-1:]}
 
 
 class Section(Panel):
@@ -86,8 +38,8 @@ class Section(Panel):
     def __init__(self, size: tuple[int, int]) -> None:
         super().__init__("last strides", label_of(AXES[0]), label_of(AXES[1]), size)
         self.strides.name = "strides"
-        self._gait = self._source(x=[], y=[])
-        self._draw_strides()
+        self._gait = self.source(x=[], y=[])
+        self.draw_strides()
         self.figure.scatter("x", "y", source=self._gait, size=13, marker="x", color=BLUE,
                             line_width=2)  # fmt: skip
 
@@ -95,7 +47,7 @@ class Section(Panel):
         """The last strides, the newest last, and the gait in the middle of them."""
         super().show_strides(across, up)
         gait = self._gait.data
-        self._view(*(around(np.append(a, b)) for a, b in ((across, gait["x"]), (up, gait["y"]))))
+        self.view(*(around(np.append(a, b)) for a, b in ((across, gait["x"]), (up, gait["y"]))))
 
     def clear(self, note: str = "") -> None:
         """Forget the gait and the strides."""
@@ -115,12 +67,12 @@ class Multipliers(Panel):
     def __init__(self, size: tuple[int, int]) -> None:
         super().__init__("multipliers", "real part", "imaginary part", size)
         self.figure.line(np.cos(CIRCLE), np.sin(CIRCLE), color=GREY, line_width=1.5)
-        self._dots = self._source(x=[], y=[], colour=[])
+        self._dots = self.source(x=[], y=[], colour=[])
         self.figure.scatter("x", "y", source=self._dots, size=10, color="colour", line_color=INK)
         self._reach(1.25)
 
     def _reach(self, reach: float) -> None:
-        self._view((-reach, reach), (-reach, reach))
+        self.view((-reach, reach), (-reach, reach))
 
     def clear(self, note: str = "") -> None:
         """Forget them."""
@@ -149,9 +101,9 @@ class BasinPanel(Panel):
         super().__init__("basin", label_of(AXES[0]), label_of(AXES[1]), size)
         self._start = start
         self.basin: Basin | None = None
-        self._picture = self._source(image=[], x=[], y=[], dw=[], dh=[])
+        self._picture = self.source(image=[], x=[], y=[], dw=[], dh=[])
         self.figure.image_rgba("image", source=self._picture, x="x", y="y", dw="dw", dh="dh")
-        self._draw_strides("white")
+        self.draw_strides("white")
         self.figure.on_event(Tap, self._tapped)
 
     def clear(self, note: str = "") -> None:
@@ -168,7 +120,7 @@ class BasinPanel(Panel):
         pixels, meanings = fate_pixels(basin)
         self.basin = basin
         (left, right), (low, high) = grid.ranges
-        self._view(*grid.ranges)
+        self.view(*grid.ranges)
         self.figure.xaxis.axis_label, self.figure.yaxis.axis_label = map(label_of, grid.axes)
         self._picture.data = {
             "image": [rgba(np.round(255 * pixels).astype(np.uint8))],
@@ -201,12 +153,12 @@ class DiagramPanel(Panel):
     def __init__(self, size: tuple[int, int]) -> None:
         super().__init__("bifurcation diagram", "", label_of(AXES[0]), size)
         self.shown: BifurcationDiagram | None = None
-        self._up, self._down = self._source(x=[], y=[]), self._source(x=[], y=[])
+        self._up, self._down = self.source(x=[], y=[]), self.source(x=[], y=[])
         self.figure.scatter("x", "y", source=self._up, size=3, color=BLUE)
         self.figure.scatter("x", "y", source=self._down, size=1.6, color=ORANGE)
         self._present = Span(dimension="height", line_color=RED, visible=False, name="now")
         self.figure.add_layout(self._present)
-        self._draw_strides()
+        self.draw_strides()
 
     def clear(self, note: str = "") -> None:
         """Forget it."""
@@ -230,7 +182,7 @@ class DiagramPanel(Panel):
             walked = np.isfinite(y)
             source.data = {"x": x[walked], "y": y[walked]}
         both = np.stack([ramp.states[..., STANCE_ANGLE] for ramp in (diagram.up, diagram.down)])
-        self._view((diagram.values[0], diagram.values[-1]), around(both[np.isfinite(both)]))
+        self.view((diagram.values[0], diagram.values[-1]), around(both[np.isfinite(both)]))
         self.figure.xaxis.axis_label = label_of(diagram.parameter)
         both_fell = ~(diagram.up.walked | diagram.down.walked)
         self.say("nothing walks here" if both_fell.all() else "ramped up and down; red: now")
@@ -239,19 +191,3 @@ class DiagramPanel(Panel):
         """The last strides at the present value."""
         self._present.location, self._present.visible = value, True
         self.show_strides(np.full(len(states), value), states[:, STANCE_ANGLE])
-
-
-def around(values: Array, least: float = 0.005) -> tuple[float, float]:
-    """A range with these values inside, wide enough that rounding errors do not fill it."""
-    if not len(values):
-        return 0.0, 1.0
-    low, high = float(values.min()), float(values.max())
-    reach = max(0.55 * (high - low), least)
-    return 0.5 * (low + high) - reach, 0.5 * (low + high) + reach
-
-
-def rgba(pixels: Any) -> Any:
-    """(height, width) numbers of Bokeh's pictures, of (height, width, 3) bytes."""
-    four = np.full((*pixels.shape[:2], 4), 255, np.uint8)
-    four[..., :3] = pixels
-    return four.view(np.uint32)[..., 0]

@@ -169,7 +169,7 @@ def test_a_controller_that_cannot_act_is_said(visit: Visit) -> None:
     page.chooser.controller.value = "lqr"
     visit.until(lambda: visit.complete)
     page.tick()
-    assert "nothing to decide" in page.status.text
+    assert "nothing to decide" in page.stage.status.text
 
 
 def test_a_controller_that_fails_under_way_leaves_the_open_loop(visit: Visit) -> None:
