@@ -44,7 +44,7 @@ PROGRAM = [
     "-c",
     "from powered_walker_env.cli import main; raise SystemExit(main())",
 ]
-PATIENCE = 20_000  # ms: CI is busy
+PATIENCE = 90_000  # ms: CI is busy
 MODEL = "Bokeh.documents[0].get_model_by_name('{}')"
 
 
