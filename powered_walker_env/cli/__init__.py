@@ -17,6 +17,7 @@ import numpy as np
 from powered_walker_env.cli import (
     compiling,
     costs,
+    exploring,
     published,
     regions,
     robustness,
@@ -64,7 +65,7 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    families = (walking, studies, regions, robustness, costs, published, compiling)
+    families = (walking, studies, regions, robustness, costs, published, compiling, exploring)
     for family in families:
         family.add_commands(commands)
     return parser

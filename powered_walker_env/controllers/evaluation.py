@@ -25,7 +25,8 @@ from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
 from powered_walker_env.envs.walker import PoweredWalkerEnv
 from powered_walker_env.model.phases import Outcome
 
-EPISODE_SEED = 10_000  # of evaluations: the small seeds are those of trainings
+#: The first seed of evaluations: the small ones are those of trainings.
+EPISODE_SEED = 10_000
 RESAMPLES = 10_000
 METHOD = f"percentile bootstrap over episodes, {RESAMPLES} resamples, 95 %"
 SHARE_METHOD = "Wilson score interval, 95 %"

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.disturbances import KINDS, SPREAD_FIELDS, Disturbance
-from powered_walker_env.envs.levels import LEVELS, SIZES
+from powered_walker_env.envs.levels import KEY_PUSHES, LEVELS, SIZES
 from powered_walker_env.envs.registration import ENVIRONMENTS
 from powered_walker_env.envs.rewards import REWARDS
 from powered_walker_env.envs.setup import ANGLE_RANGE, STRENGTH_RANGE, default_range
@@ -132,6 +132,14 @@ TEXT = """
     `"human"` opens a window. To film a walk, every picture of every stride, use
     `powered_walker_env.envs.RecordWalk(env, folder)` in the place of `RecordVideo`.
 
+    Keys of the window: → and ← push the walker forwards and backwards at the next heel strike
+    ({pushes} standard deviations of its pushes, of the light ones if it has none; felt in the
+    observation), space pauses, s is for slow motion, r ends the episode (`truncated`), so that
+    a loop that resets then starts again. A vector environment's window has no pushes and no r.
+
+    `gymnasium.utils.play.play(env, fps=env.metadata["render_fps"], ...)` takes `"rgb_array"`,
+    one picture a stride; `powered-walker explore` is a page to play with in the browser.
+
     ### Disturbances
 
     `"none"`, or pushes, {levels}; a level of another kind,
@@ -168,6 +176,7 @@ def describe() -> str:
         rewards="\n".join(_item(f'`reward="{name}"`: {words}.') for name, words in REWARDS.items()),
         info="\n".join(_item(f"`{name}`: {words}") for name, words in STRIDE_INFO.items()),
         arguments=_arguments(),
+        pushes={1: "one", 2: "two", 3: "three"}[KEY_PUSHES],
         levels=", ".join(f'`"{level}"`' for level in LEVELS[1:]),
         kinds=_kinds(),
         spread=", ".join(name.replace("_", " ") for name in SPREAD_FIELDS),

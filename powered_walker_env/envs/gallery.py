@@ -65,6 +65,10 @@ class Gallery:
             if active is None or active[show.index]:
                 show.add(PostStrikeState(*starts[show.index]))
 
+    def pushes_and_restart(self) -> tuple[int, bool]:
+        """What the keys of a window have asked for since the last stride: see `Window`."""
+        return self._shows[0].take_wishes() if self._shows else (0, False)
+
     def pictures(self) -> tuple[Any, ...]:
         """One of each walker; None where a window shows them, or nothing is shown.
 

@@ -29,9 +29,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from powered_walker_env.envs.disturbances import KINDS, Disturbance
 from powered_walker_env.model.walker import WalkerParams
+
+if TYPE_CHECKING:
+    from powered_walker_env.envs.task import Task
 
 LEVELS = ("none", "light", "medium", "rough")
 
@@ -86,6 +90,7 @@ SIZES: dict[str, dict[str, tuple[float, float, float]]] = {
         "parameters": (0.5, 0.71, 1.0),
     },
 }
+KEY_PUSHES = 3  # standard deviations of a push by a key
 _REFERENCE = "camp1997"  # whose levels other walkers take
 _REFERENCE_RATE = math.sqrt(10.0)  # rad/s, its √(g/L)
 
@@ -135,3 +140,12 @@ def _named(choice: str, preset: str | None, params: WalkerParams) -> Disturbance
     if preset not in SIZES and kind == "push":
         size *= math.sqrt(params.gravity / params.leg_length) / _REFERENCE_RATE
     return Disturbance(**{kind: size})
+
+
+def key_push(task: Task) -> float:
+    """rad/s: what a key of the window pushes, KEY_PUSHES standard deviations of the task's pushes.
+
+    Where it has none, those of "light".
+    """
+    usual = task.disturbance.push or disturbance_of("light", None, task.params).push
+    return KEY_PUSHES * usual

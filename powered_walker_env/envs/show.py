@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from powered_walker_env.envs.task import Task
-from powered_walker_env.envs.walkers import Walkers
+from powered_walker_env.envs.walkers import WALKED, Walkers
 from powered_walker_env.model.mechanics.constants import params_of
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.pictures.canvas import Frame
 from powered_walker_env.pictures.renderer import Renderer
-from powered_walker_env.pictures.window import Window
+from powered_walker_env.pictures.window import Window, Wishes
 from powered_walker_env.simulation.strides import Array, stride
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
@@ -66,6 +66,7 @@ class StrideShow:
         self._window = Window(fps) if mode == "human" else None
         self._kept: deque[Walked] = deque()
         self._standing = False  # at a start that has not been drawn
+        self._next = 0.0  # s, of the walk: when a window has its next picture
 
     @property
     def painter(self) -> Any:
@@ -79,13 +80,15 @@ class StrideShow:
         self._kept.clear()
         self._standing = True
         if self._window is not None:
+            self._next = 1.0 / self.fps
             self._window.show([self._renderer.frame()])
 
     def add(self, start: PostStrikeState) -> None:
         """Note the stride that led from `start` to here; a window shows it."""
         walked = Walked.of(self.walkers, self.index, start)
         if self._window is not None:
-            self._window.show(self._pictures(walked))
+            self._follow(walked)
+            self._window.show(self._paced(self._window))
             return
         self._kept.append(walked)
         if len(self._kept) > KEPT:
@@ -108,6 +111,10 @@ class StrideShow:
                 self._follow(walked)
         return frames if self.mode == "rgb_array_list" else self._renderer.frame()
 
+    def take_wishes(self) -> Wishes:
+        """What the keys of the window have asked for since the last stride."""
+        return Wishes() if self._window is None else self._window.take_wishes()
+
     def close(self) -> None:
         """Close the window, if there is one."""
         if self._window is not None:
@@ -118,6 +125,15 @@ class StrideShow:
 
     def _pictures(self, walked: Walked) -> Iterable[Frame]:
         return self._renderer.frames(self._trajectory(walked), self.fps)
+
+    def _paced(self, window: Window) -> Iterator[Frame]:
+        """Pictures of the stride at the window's pace, which its keys change; a fall's end, too."""
+        end = self._renderer.span[1]
+        while self._next <= end:
+            yield self._renderer.frame(self._next)
+            self._next += window.speed / self.fps
+        if self.walkers.outcomes[self.index] != WALKED:
+            yield self._renderer.frame()
 
     def _trajectory(self, walked: Walked) -> Any:
         builder = TrajectoryBuilder(params_of(walked.row), walked.start)

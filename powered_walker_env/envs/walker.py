@@ -20,6 +20,7 @@ from powered_walker_env.envs.contract import (
 )
 from powered_walker_env.envs.description import describe
 from powered_walker_env.envs.gallery import RENDER_FPS, Gallery
+from powered_walker_env.envs.levels import key_push
 from powered_walker_env.envs.saved import check_saved
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import Task
@@ -128,8 +129,13 @@ class PoweredWalkerEnv(gym.Env[Observation, Action]):  # its docstring is in `de
             active = self._lying()
         walkers.walk(wanted.reshape(1, -1), active, reward, table)
         self._gallery.add(starts, active)
-        observation, fell = walkers.observations[0].copy(), walkers.outcomes.item(0) != WALKED
-        return observation, reward.item(0), fell, False, walkers.info_of_first(self._table[:, 0])
+        fell, restart = walkers.outcomes.item(0) != WALKED, False
+        if self.render_mode == "human":
+            pushes, restart = self._gallery.pushes_and_restart()
+            if pushes and not fell:
+                walkers.push(0, pushes * key_push(self.task))
+        observation, info = walkers.observations[0].copy(), walkers.info_of_first(table[:, 0])
+        return observation, reward.item(0), fell, restart, info
 
     def _lying(self) -> NDArray[np.bool_]:
         """Nobody walks, and nothing is earned."""

@@ -20,7 +20,13 @@ from powered_walker_env.envs.rewards import REWARDS, own_rewards
 from powered_walker_env.envs.room import Room, room_for
 from powered_walker_env.envs.saved import Saved
 from powered_walker_env.envs.stepping import begin_episodes, begin_strides, end_strides
-from powered_walker_env.envs.task import EFFORT, STABILITY, STRIDE_INFO, Task
+from powered_walker_env.envs.task import (
+    EFFORT,
+    OBSERVATION_LIMIT,
+    STABILITY,
+    STRIDE_INFO,
+    Task,
+)
 from powered_walker_env.model.knees import encode
 from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.phases import Outcome
@@ -157,6 +163,12 @@ class Walkers:
             self.controls[room.rows], self.heights[room.rows] = room.controls, room.heights
         if before is not None and len(before):
             self._reward(room, before, rewards, table)
+
+    def push(self, i: int, rate: float) -> None:
+        """Add to both leg rates of walker i, rad/s; its observation feels it."""
+        felt = self.observations[i, 2:] + rate / self._scale[2:]
+        self.states[i, 2:] += rate
+        self.observations[i, 2:] = np.clip(felt, -OBSERVATION_LIMIT, OBSERVATION_LIMIT)
 
     def _reward(self, room: Room, before: Array, rewards: Array, table: Array) -> None:
         """Put a reward of one's own in the place of the formula's."""

@@ -86,6 +86,7 @@ def _chen() -> WalkerParams:
     )
 
 
+#: Walkers with known gaits, by name.
 PRESETS: dict[str, Preset] = {
     "camp1997": Preset(
         _FIGURE_6,

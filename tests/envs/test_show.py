@@ -10,11 +10,13 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.utils.play import play
 from gymnasium.vector import AutoresetMode
 
 from powered_walker_env import Outcome, PoweredWalkerEnv
 from powered_walker_env.envs import show
 from powered_walker_env.envs.gallery import RENDER_FPS
+from powered_walker_env.envs.levels import key_push
 from tests.helpers.episodes import EVERYTHING, FORWARD_FALL, ROUND_FOOT, assert_same, make, record
 
 pygame = pytest.importorskip("pygame")
@@ -280,3 +282,126 @@ def test_a_batch_without_a_mode_says_what_to_do() -> None:
     envs.reset(seed=0)
     with pytest.warns(UserWarning, match='render_mode="rgb_array"'):
         assert envs.render() is None
+
+
+def press(*keys: int) -> None:
+    """As a user would, once the window is there."""
+    for key in keys:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+
+
+@pytest.mark.parametrize(("key", "sign"), [("K_RIGHT", 1), ("K_LEFT", -1)])
+def test_a_key_pushes_the_walker_and_the_observation_feels_it(
+    key: str, sign: int, window: None
+) -> None:
+    shown, silent = (make(render_mode=mode, disturbance="none") for mode in ("human", None))
+    for env in (shown, silent):
+        env.reset(seed=0)
+    press(getattr(pygame, key))
+    seen, *_, info = shown.step(ZERO)
+    before, *_, plain = silent.step(ZERO)
+    task = shown.unwrapped.task
+    push = sign * key_push(task)
+    assert push == pytest.approx(sign * 3 * 0.005)  # of the light pushes, to scale
+    felt = plain["state"] + [0, 0, push, push]
+    np.testing.assert_allclose(info["state"], felt, rtol=1e-14)
+    np.testing.assert_allclose(seen - before, [0, 0, *(push / task.scale[2:])], atol=1e-6)
+    after = shown.step(ZERO)[4]["state"]  # it walks on from there
+    silent.reset(options={"state": felt})
+    np.testing.assert_allclose(after, silent.step(ZERO)[4]["state"], rtol=1e-12)
+    shown.close()
+
+
+def test_a_push_by_key_is_as_large_as_the_environments_own() -> None:
+    for preset in ("camp1997", "round-foot", "toe-off"):
+        task = PoweredWalkerEnv(preset=preset, disturbance="rough").task
+        assert key_push(task) == 3 * task.disturbance.push > 0
+
+
+def test_a_key_ends_the_episode_and_another_begins(window: None) -> None:
+    env = gym.make(ROUND_FOOT, render_mode="human", disturbance="none")
+    env.reset(seed=0)
+    press(pygame.K_r)
+    *_, terminated, truncated, _ = env.step(ZERO)
+    assert truncated and not terminated
+    env.reset()
+    assert not env.step(ZERO)[3]
+    env.close()
+
+
+def test_slow_motion_shows_four_times_the_pictures_from_there_on(
+    monkeypatch: pytest.MonkeyPatch, window: None
+) -> None:
+    flips: list[int] = []
+    flip = pygame.display.flip
+    monkeypatch.setattr(pygame.display, "flip", lambda: (flips.append(1), flip()))
+    env = gym.make(ROUND_FOOT, render_mode="human", disturbance="none")
+    env.reset(seed=0)
+    counts = []
+    for key in (None, pygame.K_s, None, pygame.K_s):
+        flips.clear()
+        if key is not None:
+            press(key)
+        duration = env.step(ZERO)[4]["duration"]
+        counts.append(len(flips) / (duration * RENDER_FPS))
+    assert counts == pytest.approx([1, 4, 4, 1], rel=0.2)
+    env.close()
+
+
+def test_a_pause_lasts_until_the_key_is_pressed_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    waits: list[float] = []
+
+    def tick(rate: float) -> None:
+        waits.append(rate)
+        if len(waits) in (5, 200):
+            press(pygame.K_SPACE)
+
+    monkeypatch.setattr(pygame.time, "Clock", lambda: types.SimpleNamespace(tick=tick))
+    env = gym.make(ROUND_FOOT, render_mode="human", disturbance="none")
+    env.reset(seed=0)
+    duration = env.step(ZERO)[4]["duration"]
+    assert len(waits) == pytest.approx(1 + duration * RENDER_FPS + 195, abs=2)
+    env.close()
+
+
+def test_closing_a_paused_window_lets_the_program_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float] = []
+
+    def tick(rate: float) -> None:
+        waits.append(rate)
+        assert len(waits) < 100
+        if len(waits) == 5:
+            press(pygame.K_SPACE)
+        if len(waits) == 9:
+            pygame.event.post(pygame.event.Event(pygame.QUIT))
+
+    monkeypatch.setattr(pygame.time, "Clock", lambda: types.SimpleNamespace(tick=tick))
+    env = gym.make(ROUND_FOOT, render_mode="human", disturbance="none")
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(ZERO)
+    assert len(waits) == 9
+    env.close()
+
+
+def test_gymnasiums_play_plays_with_pictures(window: None) -> None:
+    env = gym.make(ROUND_FOOT, render_mode="rgb_array", disturbance="none")
+    taken: list[np.ndarray] = []
+
+    def after_each(before: Any, after: Any, action: Any, *rest: Any) -> None:
+        taken.append(np.asarray(action))
+        assert rest[0] != 0 or rest[1]  # a reward
+        if len(taken) == 2:
+            press(pygame.K_d)
+        if len(taken) == 4:
+            pygame.event.post(pygame.event.Event(pygame.QUIT))
+
+    faster = np.array([0.1, 0.0], np.float32)
+    rate = env.metadata["render_fps"]
+    play(env, fps=rate, keys_to_action={"d": faster}, noop=ZERO, seed=0, callback=after_each)
+    assert [action.tolist() for action in taken] == [[0, 0], [0, 0], faster.tolist()] + (
+        [faster.tolist()] * (len(taken) - 3)
+    )
+    assert len(taken) >= 4

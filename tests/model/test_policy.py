@@ -256,3 +256,16 @@ def test_constants_and_none_are_no_policies() -> None:
         assert as_policy(preset.control) is preset.control
         numbers = numbers_for(preset.control, np.zeros((2, 4)))
         assert numbers.shape == (2, len(scheme_of(preset.control).numbers))
+
+
+def test_a_policy_may_return_its_numbers_in_any_order_of_memory() -> None:
+    params, control, state, _ = PRESETS["round-foot"]
+    numbers = np.array([control.switch_angle, control.stall_torque])
+
+    def column_major(states: np.ndarray) -> np.ndarray:
+        return np.asfortranarray(np.tile(numbers, (len(states), 1)))
+
+    states = np.tile(np.array(state), (3, 1))
+    np.testing.assert_array_equal(
+        StrideMap(params, column_major)(states), StrideMap(params, control)(states)
+    )

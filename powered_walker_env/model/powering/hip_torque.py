@@ -21,6 +21,7 @@ from powered_walker_env.model.phases import (
 from powered_walker_env.model.powering.scheme import ANGLE, STRENGTH, Scheme
 from powered_walker_env.model.quantities import ANY, HIP_ANGLE, check_numbers, documented, quantity
 
+#: The phases of a stride that a hip torque powers until the switch angle.
 HIP_POWERED_WALKER: Cycle = (
     Phase(
         "pulled",
@@ -56,4 +57,5 @@ class HipTorque:
         check_numbers(self)
 
 
+#: A constant torque between the legs until a switch angle.
 HIP = Scheme("hip-torque", HIP_POWERED_WALKER, HipTorque, (ANGLE, STRENGTH))

@@ -25,6 +25,7 @@ from powered_walker_env.model.quantities import (
 )
 from powered_walker_env.model.walker import WalkerParams
 
+#: The phases of Camp's stride: passive swing, then the motor on.
 POWERED_WALKER: Cycle = (
     Phase(
         "swing",
@@ -76,4 +77,5 @@ def needs_a_lever(params: WalkerParams) -> None:
     )
 
 
+#: Camp's ankle motor at constant voltage from a switch angle on.
 MOTOR = Scheme("motor", POWERED_WALKER, Control, (ANGLE, STRENGTH), needs_a_lever)

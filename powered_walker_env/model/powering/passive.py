@@ -12,6 +12,7 @@ from powered_walker_env.model.phases import (
 )
 from powered_walker_env.model.powering.scheme import Scheme
 
+#: The one phase of a passive stride.
 PASSIVE_WALKER: Cycle = (
     Phase(
         "swing",
@@ -21,4 +22,5 @@ PASSIVE_WALKER: Cycle = (
     ),
 )
 
+#: Nothing but the slope.
 PASSIVE = Scheme("passive", PASSIVE_WALKER, None)

@@ -160,7 +160,7 @@ def numbers_for(control: AnyControl | Policy | None, states: Array) -> Array:
     if not callable(control):
         numbers = np.array([getattr(control, name) for name in named.numbers], np.float64)
         return np.tile(numbers, (len(states), 1))
-    chosen = np.asarray(control(states), dtype=np.float64)
+    chosen = np.ascontiguousarray(control(states), dtype=np.float64)
     wanted = (len(states), len(named.columns))
     if chosen.shape != wanted:
         raise ValueError(

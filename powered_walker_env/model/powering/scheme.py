@@ -19,7 +19,8 @@ from powered_walker_env.model.walker import WalkerParams
 
 #: The kernel's row of a control: a switch angle, rad, and the strength of what acts, SI.
 ANGLE, STRENGTH = 0, 1
-NO_SWITCH = math.pi  # in place of an angle that is never looked at
+#: In place of an angle that is never looked at.
+NO_SWITCH = math.pi
 
 
 def powers_any(params: WalkerParams) -> None:

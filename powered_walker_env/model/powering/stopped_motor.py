@@ -23,6 +23,7 @@ from powered_walker_env.model.phases import (
 from powered_walker_env.model.powering.motor import Control, needs_a_lever
 from powered_walker_env.model.powering.scheme import ANGLE, STRENGTH, Scheme
 
+#: The phases of a stride with a stop that the foot cannot pass backwards.
 STOPPED_WALKER: Cycle = (
     Phase(
         "swing",
@@ -59,6 +60,7 @@ class StoppedControl(Control):
     """Switch angle, rad, and stall torque, N m, as `Control`, of a motor with a stop."""
 
 
+#: Camp's motor with a mechanical stop.
 STOPPED_MOTOR = Scheme(
     "motor-with-stop", STOPPED_WALKER, StoppedControl, (ANGLE, STRENGTH), needs_a_lever
 )

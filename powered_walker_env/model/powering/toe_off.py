@@ -85,6 +85,9 @@ def _scheme(name: str, reset: Reset, control: type[ToeOff]) -> Scheme:
     return Scheme(name, _pushed(reset), control, (STRENGTH,), _needs_a_foot_with_mass)
 
 
+#: An impulse along the trailing leg just before heel strike.
 TOE_OFF = _scheme("toe-off", Reset.PUSH_BEFORE, ToeOff)
+#: The same together with the heel strike.
 TOE_OFF_AT_STRIKE = _scheme("toe-off-at-strike", Reset.PUSH_WITH, ToeOffAtStrike)
+#: The same just after the heel strike.
 LATE_TOE_OFF = _scheme("late-toe-off", Reset.PUSH_AFTER, LateToeOff)

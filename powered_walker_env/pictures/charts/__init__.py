@@ -11,13 +11,19 @@ from powered_walker_env.pictures.charts.chances import passage_figure, viability
 from powered_walker_env.pictures.charts.energetics import energetics_figure
 from powered_walker_env.pictures.charts.gaits import cycle, gait_figure
 from powered_walker_env.pictures.charts.learning import learning_curve, learning_curves
-from powered_walker_env.pictures.charts.planes import basin_figure, bifurcation_figure
+from powered_walker_env.pictures.charts.planes import (
+    basin_figure,
+    bifurcation_figure,
+    fate_pixels,
+)
+from powered_walker_env.pictures.charts.poses import angles_figure, stride_figure
 from powered_walker_env.pictures.charts.sheet import Drawing, save_drawing, save_figure
 from powered_walker_env.pictures.charts.sticks import stick_figure
 from powered_walker_env.pictures.charts.walks import disturbed_walks, portrait_figure
 
 __all__ = [
     "Drawing",
+    "angles_figure",
     "basin_figure",
     "bifurcation_figure",
     "boundary_figure",
@@ -25,6 +31,7 @@ __all__ = [
     "cycle",
     "disturbed_walks",
     "energetics_figure",
+    "fate_pixels",
     "gait_figure",
     "learning_curve",
     "learning_curves",
@@ -34,5 +41,6 @@ __all__ = [
     "save_figure",
     "stability_figure",
     "stick_figure",
+    "stride_figure",
     "viability_figure",
 ]

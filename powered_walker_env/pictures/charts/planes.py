@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.pictures.charts.branches import HUES
@@ -93,27 +93,13 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
     Raises:
         ValueError: a basin of a list of states, which has no picture.
     """
-    fate, strides = basin.picture("attractor"), basin.picture("strides")
-    ends = basin.picture("outcome")
+    pixels, meanings = fate_pixels(basin)
     grid = basin.grid
-    assert grid is not None  # or `picture` has refused
+    assert grid is not None  # or `fate_pixels` has refused
     figure, (axes,) = sheet(1, 4.8)
     (left, right), (low, high) = grid.ranges
-    picture = np.empty((*fate.shape, 3))
-    handles: list[Patch | Line2D] = []
-    for number, name, colour in _fates(basin):
-        picture[fate == number] = to_rgb(colour)
-        if (fate == number).any():
-            handles.append(Patch(color=colour, label=name))
-    most = max(int(strides[fate == FELL].max(initial=0)), 1)
-    darker = 1.0 - 0.55 * (strides / most)[..., np.newaxis]
-    met = dict.fromkeys(ends[fate == FELL].tolist())
-    for outcome in map(Outcome, sorted(met)):
-        colour = FALLS.get(outcome, OTHER_FALL)
-        here = (fate == FELL) & (ends == outcome)
-        picture[here] = (np.array(to_rgb(colour)) * darker)[here]
-        handles.append(Patch(color=colour, label=f"{outcome.label}*"))
-    axes.imshow(picture, origin="lower", extent=(left, right, low, high), aspect="auto",
+    handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in meanings]
+    axes.imshow(pixels, origin="lower", extent=(left, right, low, high), aspect="auto",
                 interpolation="nearest")  # fmt: skip
     indices = [COORDINATES.index(name) for name in grid.axes]
     for gait in basin.gaits:
@@ -125,11 +111,41 @@ def basin_figure(basin: Basin, *, title: str = "") -> Drawing:
     axes.set(xlabel=label_of(grid.axes[0]), ylabel=label_of(grid.axes[1]))
     axes.set_title(f"{title}\n{_fixed(basin)}".strip())
     axes.set(xlim=(left, right), ylim=(low, high))
-    if met:
-        shade = f"* the darker, the more strides before: to {most}"
+    if (basin.attractor == FELL).any():
+        shade = f"* the darker, the more strides before: to {_most_before_a_fall(basin)}"
         handles.append(Patch(color="none", label=shade))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return Drawing(figure, _basin_table(basin))
+
+
+def fate_pixels(basin: Basin) -> tuple[NDArray[np.float64], list[tuple[str, str]]]:
+    """Colours of the starts of a slice, (up, across, 3) from 0 to 1, and what they mean.
+
+    Returns:
+        The colours, and for each hue that occurs its meaning and colour; those of falls, whose
+        meaning ends in an asterisk, are the darker, the more strides the walker made before.
+
+    Raises:
+        ValueError: a basin of a list of states, which has no picture.
+    """
+    fate, strides = basin.picture("attractor"), basin.picture("strides")
+    ends = basin.picture("outcome")
+    pixels, meanings = np.empty((*fate.shape, 3)), []
+    for number, name, colour in _fates(basin):
+        pixels[fate == number] = to_rgb(colour)
+        if (fate == number).any():
+            meanings.append((name, colour))
+    darker = 1.0 - 0.55 * (strides / _most_before_a_fall(basin))[..., np.newaxis]
+    for outcome in map(Outcome, sorted(set(ends[fate == FELL].tolist()))):
+        colour = FALLS.get(outcome, OTHER_FALL)
+        here = (fate == FELL) & (ends == outcome)
+        pixels[here] = (np.array(to_rgb(colour)) * darker)[here]
+        meanings.append((f"{outcome.label}*", colour))
+    return pixels, meanings
+
+
+def _most_before_a_fall(basin: Basin) -> int:
+    return max(int(basin.strides[basin.attractor == FELL].max(initial=0)), 1)
 
 
 def _fixed(basin: Basin) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import io
 import os
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ BLUE, RED, GREEN, VIOLET, ORANGE = "#1f6f8b", "#c8553d", "#5f8a2e", "#8a5a99", "
 INK, GREY, PALE = "#222222", "#8a8a8a", "#e4e4e4"
 WIDTH = 6.4  # inches: a text column and a half
 DOTS = 200  # per inch, of a PNG
+NOTEBOOK_DOTS = 110  # the same in a notebook
 STYLE: Any = {
     "font.size": 9.5,
     "axes.labelsize": 10,
@@ -55,6 +57,15 @@ class Drawing:
     figure: Figure
     columns: Mapping[str, ArrayLike]  # of the CSV: name with unit -> (n,) values
     tables: Mapping[str, Mapping[str, ArrayLike]] = field(default_factory=dict)  # further CSVs
+
+    def __repr__(self) -> str:
+        return f"Drawing({', '.join(self.columns)})"
+
+    def _repr_png_(self) -> bytes:
+        """The figure, for notebooks."""
+        with _own_style(), io.BytesIO() as file:
+            self.figure.savefig(file, format="png", dpi=NOTEBOOK_DOTS)
+            return file.getvalue()
 
 
 def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:

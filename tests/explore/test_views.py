@@ -1,0 +1,166 @@
+"""What the laboratory says of a choice, and the threads that ask it."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from powered_walker_env import PRESETS, GaitNotFoundError
+from powered_walker_env.explore.aside import Aside, Outdated
+from powered_walker_env.explore.choice import Choice
+from powered_walker_env.explore.views import (
+    VALUES,
+    basin_view,
+    diagram_view,
+    parameters_of,
+    prospect,
+)
+from powered_walker_env.poincare import StrideMap
+
+
+def nothing() -> None:
+    """Nobody asks for anything newer."""
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str) -> None:
+    found = prospect(Choice.of_preset(name))
+    assert found.problem == ""
+    assert found.gait is not None
+    assert found.gait.stable
+    np.testing.assert_allclose(found.start, PRESETS[name].state, atol=1e-6)
+    basin = basin_view(found, nothing)
+    assert 0 < basin.attracted_share < 1
+    parameter = (*found.choice.scheme.numbers, "slope")[-1]
+    assert parameter in parameters_of(found)
+    diagram = diagram_view(found, parameter, nothing)
+    assert len(diagram.values) == VALUES
+    assert diagram.up.walked.any()
+    reach = found.choice.reach(parameter)
+    assert diagram.values[[0, -1]].tolist() == [reach.low, reach.high]
+
+
+def test_a_moved_slider_moves_the_gait_along_its_branch() -> None:
+    choice, near = Choice.of_preset("camp1997"), None
+    for torque in np.linspace(729.8, 740.0, 12):  # past the period doubling
+        found = prospect(choice.replace("stall_torque", float(torque)), near)
+        near = found.start
+        assert found.gait is not None
+        moved = StrideMap(found.choice.params, found.policy)(np.array([found.start]))[0]
+        np.testing.assert_allclose(moved, found.start, atol=1e-8)
+    assert not found.gait.stable
+    assert basin_view(found, nothing).gaits == ()  # it attracts nothing
+
+
+@pytest.mark.parametrize("name", [n for n, p in PRESETS.items() if p.control is not None])
+def test_the_regulator_acts_around_the_present_gait(name: str) -> None:
+    choice = Choice.of_preset(name)
+    strength = choice.scheme.numbers[-1]
+    choice = choice.replace(strength, 1.002 * choice.value(strength))
+    free = prospect(choice)
+    closed = prospect(choice.decided_by("lqr"))
+    assert closed.problem == ""
+    assert free.gait is not None and closed.gait is not None
+    np.testing.assert_allclose(closed.start, free.start, atol=1e-9)
+    assert closed.gait.spectral_radius < free.gait.spectral_radius
+    assert strength in parameters_of(free)
+    assert strength not in parameters_of(closed)  # the controller decides it
+    assert "slope" in parameters_of(closed)
+
+
+def test_no_gait_and_no_controller_are_said_and_the_loop_is_open() -> None:
+    level = prospect(Choice.of_preset("simplest").replace("slope", 0.0))
+    assert level.gait is None
+    assert "no gait" in level.problem
+    with pytest.raises(GaitNotFoundError):
+        basin_view(level, nothing)
+    for name, source, words in (
+        ("simplest", "lqr", "nothing to decide"),
+        ("round-foot", "no/such/file.npz", "file.npz"),
+        ("round-foot", "tests.helpers:nobody", "nobody"),
+    ):
+        choice = Choice.of_preset(name, source)
+        found = prospect(choice)
+        assert words in found.problem
+        assert found.policy == choice.control
+        assert found.gait is not None
+
+
+def linear(observations: Any) -> Any:
+    """A controller from outside."""
+    return -0.1 * observations[:, [0, 2]]
+
+
+def test_a_controller_from_outside_is_taken_by_its_path() -> None:
+    found = prospect(Choice.of_preset("round-foot", f"{__name__}:linear"))
+    assert found.problem == ""
+    assert callable(found.policy)
+
+
+class Answers:
+    """Where answers are handed over, one after another."""
+
+    def __init__(self) -> None:
+        self.queue: queue.Queue[Callable[[], None]] = queue.Queue()
+        self.taken: list[Any] = []
+
+    def hand_over(self) -> None:
+        self.queue.get(timeout=10)()
+
+
+def test_only_the_newest_wish_is_answered() -> None:
+    answers, begun, go = Answers(), threading.Event(), threading.Event()
+    aside = Aside(answers.queue.put)
+
+    def slow(check: Callable[[], None]) -> str:
+        begun.set()
+        assert go.wait(10)
+        check()
+        raise AssertionError("this is outdated")
+
+    aside.ask(slow, answers.taken.append)
+    assert begun.wait(10)
+    aside.ask(lambda check: "never begun", answers.taken.append)
+    aside.ask(lambda check: "newest", answers.taken.append)
+    go.set()
+    answers.hand_over()
+    assert answers.taken == ["newest"]
+    assert answers.queue.empty()
+    aside.close()
+
+
+def test_an_answer_on_its_way_is_dropped_and_a_fault_is_an_answer() -> None:
+    answers = Answers()
+    aside = Aside(answers.queue.put)
+
+    def fails(check: Callable[[], None]) -> None:
+        raise ValueError("no such thing")
+
+    aside.ask(fails, answers.taken.append)
+    answers.hand_over()
+    assert [str(answer) for answer in answers.taken] == ["no such thing"]
+    aside.ask(lambda check: "late", answers.taken.append)
+    arrived = answers.queue.get(timeout=10)
+    aside.forget()
+    arrived()
+    assert len(answers.taken) == 1
+    aside.close()
+    aside._thread.join(10)
+    assert not aside._thread.is_alive()
+
+
+def test_a_study_that_nobody_wants_any_more_ends() -> None:
+    found, looks = prospect(Choice.of_preset("round-foot")), []
+
+    def outdated() -> None:
+        looks.append(1)
+        raise Outdated
+
+    with pytest.raises(Outdated):
+        diagram_view(found, "stall_torque", outdated)
+    assert len(looks) == 1
