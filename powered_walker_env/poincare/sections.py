@@ -17,6 +17,9 @@ decisions live on a section across the orbits, three numbers (α, α', β'), on 
   how long ago the heel strike was, how far the foot has rolled since, and starts that begin
   beyond q3 (after any landing the legs are apart, q3 > π): those are not on it.
 
+A swing leg with a knee takes two numbers more until the knee strikes: such walkers have the first
+section only.
+
 What is lost: after a step up or down the feet are not level, so on uneven ground only a hip angle
 will do, with the rise of each step independent of the one before; a controller that sees the state
 through a noisy sensor decides on less than the section, so that what is found on it is a bound.
@@ -64,6 +67,10 @@ SWING: Cycle = (
 )
 LEGS_PASS = math.pi  # rad, the hip angle: every post-strike state is ahead of it
 AHEAD = 1e-13  # rad, ahead of the hip angle, so that a switch there is still to come
+KNEES = (
+    "its leg swings bent, which takes two numbers more until the knee strikes; look at raw boxes of "
+    "post-strike states, or keep the feet locked on level ground"
+)
 ON_SECTION = 1e-9  # rad: nearer to the hip angle is on it
 
 
@@ -81,6 +88,8 @@ class Section:
     def __post_init__(self) -> None:
         if self.hip_angle is None:
             return
+        if self.params.knee is not None:
+            raise ValueError(f"hip_angle must be left out for a walker with knees: {KNEES}")
         angle = real_number("hip_angle", self.hip_angle)
         if not 0.0 < angle < 2.0 * math.pi:
             raise ValueError(f"hip_angle must lie in (0, 2*pi), got {angle!r}; radians")
@@ -210,6 +219,8 @@ def section_of(
     scheme = scheme_of(control)
     if level and not scheme.moves_ankle:
         return Section(params)
+    if params.knee is not None:
+        raise ValueError(f"params must have no knee for a section at a hip angle: {KNEES}")
     if not swings_freely(control):
         raise ValueError(
             "control must leave the swing alone after heel strike for a section at a hip angle, "
@@ -234,6 +245,7 @@ def swings_freely(control: AnyControl | Policy | None) -> bool:
 
 def known_section(params: WalkerParams, control: AnyControl | Policy | None) -> Section | None:
     """`section_of` on level ground, None where there is none."""
-    if scheme_of(control).moves_ankle and not swings_freely(control):
+    bent = params.knee is not None
+    if scheme_of(control).moves_ankle and (bent or not swings_freely(control)):
         return None
     return section_of(params, control)
