@@ -68,8 +68,8 @@ SWING: Cycle = (
 LEGS_PASS = math.pi  # rad, the hip angle: every post-strike state is ahead of it
 AHEAD = 1e-13  # rad, ahead of the hip angle, so that a switch there is still to come
 KNEES = (
-    "its leg swings bent, which takes two numbers more until the knee strikes; look at raw boxes of "
-    "post-strike states, or keep the feet locked on level ground"
+    "its leg swings bent, which takes two numbers more until the knee strikes; look at raw boxes "
+    "of post-strike states, or keep the feet locked on level ground"
 )
 ON_SECTION = 1e-9  # rad: nearer to the hip angle is on it
 

@@ -28,7 +28,8 @@ from powered_walker_env.poincare.sections import Section
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, Grid
 from powered_walker_env.poincare.stochastic.law import Law, normal_points
 from powered_walker_env.poincare.tolerances import FATE_RTOL
-from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
+from powered_walker_env.simulation.strides import Array, run_batch
+from powered_walker_env.simulation.walked import StrideBatch
 
 Progress = Callable[[int, int], None]
 #: Expected worth of strides: (M, 4) post-strike states, pushes included, to (M,) numbers.

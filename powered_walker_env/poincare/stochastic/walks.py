@@ -18,7 +18,8 @@ from powered_walker_env.poincare.sections import Section
 from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.stochastic.steps import RATES, Reward, StepNoise
 from powered_walker_env.poincare.tolerances import FATE_RTOL
-from powered_walker_env.simulation.strides import Array, StrideBatch, run_batch
+from powered_walker_env.simulation.strides import Array, run_batch
+from powered_walker_env.simulation.walked import StrideBatch
 
 MEMORY = 8  # strides after which a walk that goes on counts as well under way
 TAIL = 5e-4  # share of the points along each axis that a grid may leave out on either side
