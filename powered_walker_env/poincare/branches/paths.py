@@ -16,6 +16,7 @@ import numpy as np
 from powered_walker_env.model.checks import real_number
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import AnyControl, Policy, scheme_of
+from powered_walker_env.model.quantities import quantities
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.arclength import MAX_POINTS
 from powered_walker_env.poincare.branches.branch import Branch
@@ -86,7 +87,8 @@ class PathFamily(Family):
 
     def _slopes(self, value: Array) -> dict[str, float]:
         """The derivative of every number of walker and control by λ; one-sided at the bounds."""
-        names = (*numbers_of(self.control), *WALKER_NUMBERS)
+        own = WALKER_NUMBERS if self.params.knee else tuple(quantities(WalkerParams))
+        names = (*numbers_of(self.control), *own)
 
         def numbers(values: Array) -> Array:
             rows = []
@@ -177,4 +179,4 @@ def at_path(path: Path, value: float, like: Any) -> tuple[WalkerParams, AnyContr
 
 
 def _number(params: WalkerParams, control: Any, name: str) -> float:
-    return float(getattr(params if name in WALKER_NUMBERS else control, name))
+    return params.number(name) if name in WALKER_NUMBERS else float(getattr(control, name))
