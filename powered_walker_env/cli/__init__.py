@@ -14,7 +14,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from powered_walker_env.cli import costs, published, regions, robustness, studies, walking
+from powered_walker_env.cli import chances, costs, published, regions, robustness, studies, walking
 from powered_walker_env.cli.running import run_command, say_anything, told
 
 PROG = "powered-walker"
@@ -56,6 +56,6 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for family in (walking, studies, regions, robustness, costs, published):
+    for family in (walking, studies, regions, robustness, chances, costs, published):
         family.add_commands(commands)
     return parser
