@@ -15,6 +15,7 @@ from importlib.metadata import version
 import numpy as np
 
 from powered_walker_env.cli import (
+    chances,
     compiling,
     costs,
     exploring,
@@ -65,7 +66,17 @@ def _parser() -> argparse.ArgumentParser:
         "--version", action="version", version=f"%(prog)s {version('powered-walker-env')}"
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    families = (walking, studies, regions, robustness, costs, published, compiling, exploring)
+    families = (
+        walking,
+        studies,
+        regions,
+        robustness,
+        chances,
+        costs,
+        published,
+        compiling,
+        exploring,
+    )
     for family in families:
         family.add_commands(commands)
     return parser

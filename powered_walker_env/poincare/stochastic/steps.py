@@ -196,8 +196,7 @@ def check_section(grid: Grid, noise: StepNoise) -> None:
     """Refuse a grid that the steps leave for other states.
 
     Raises:
-        ValueError: no section, or both feet on the floor where the ground is not, or where pushes
-            move what follows from the rest (massless point feet).
+        ValueError: no section, or the feet where the ground is not level or pushes leave them.
     """
     section = grid.section
     if section is None:
