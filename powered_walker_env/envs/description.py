@@ -38,7 +38,7 @@ TEXT = """
     straight-legged walker (on the gait from 0.25 rad above the nominal switch angle, outside
     the default range); `KNEE_STAYED_STRAIGHT`, `NO_KNEE_STRIKE` and `KNEE_FOLDED`. Most of its
     falls are `NO_SWITCH` all the same: its motor starts so shortly before heel strike that a
-    pushed walker may land first, and so does one told to switch 0.05 rad later.
+    pushed walker may land first, and so does the gait at a switch angle 0.06 rad lower.
 
     ## Action Space
 
@@ -250,10 +250,7 @@ def _kinds() -> str:
 
 def _sizes() -> str:
     rows = [
-        (
-            f"`{kind}`",
-            *(" / ".join(f"{size:g}" for size in sizes[kind]) for sizes in SIZES.values()),
-        )
-        for kind in KINDS
+        (f"`{name}`", *(", ".join(f"{size:g}" for size in sizes[kind]) for kind in KINDS))
+        for name, sizes in SIZES.items()
     ]
-    return _table(("Kind", *(f"`{name}`" for name in SIZES)), rows)
+    return _table(("Walker", *(f"`{kind}`" for kind in KINDS)), rows)

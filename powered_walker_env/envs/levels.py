@@ -11,15 +11,16 @@ the push in units of the observation (root mean square over the two rates).
 For a controller the kinds differ widely: one that feels a disturbance may bear it far better
 than the pushes, or worse. Strides of 100 survived, in the mean of 1000 episodes, by the open
 loop, and under sensor noise by a linear regulator (LQR; under the pushes its typical walk has
-30 / 9 / 3, 70 / 12 / 4 and 20 / 7 / 3 strides), as `python -m agents.severity` measures them:
+30 / 9 / 3, 70 / 12 / 4, 20 / 7 / 3 and, with knees, 27 / 9 / 4 strides), as `python -m
+agents.severity` measures them, under light / medium / rough:
 
-    light / medium / rough     camp1997            round feet          as published
-    push                       11.7 / 5.7 / 3.5    9.2 / 4.3 / 2.5     18.8 / 8.1 / 4.1
-    ground                     9.7 / 4.3 / 2.7     8.4 / 3.6 / 2.3     17.0 / 6.4 / 3.5
-    slope                      38.6 / 25.1 / 16.9  38.6 / 28.6 / 20.5  37.5 / 25.6 / 16.5
-    torque                     10.9 / 4.3 / 2.8    8.9 / 3.6 / 2.3     20.4 / 9.1 / 5.3
-    sensor, LQR                33.3 / 10.3 / 4.7   9.2 / 5.4 / 4.2     100 / 100 / 100
-    parameters                 32.1 / 18.2 / 8.4   30.8 / 18.3 / 12.2  39.3 / 29.0 / 22.7
+                 camp1997            round feet          as published        with knees
+    push         11.7 / 5.7 / 3.5    9.2 / 4.3 / 2.5     18.8 / 8.1 / 4.1    10.8 / 5.4 / 3.1
+    ground       9.7 / 4.3 / 2.7     8.4 / 3.6 / 2.3     17.0 / 6.4 / 3.5    9.6 / 4.6 / 2.8
+    slope        38.6 / 25.1 / 16.9  38.6 / 28.6 / 20.5  37.5 / 25.6 / 16.5  30.7 / 21.8 / 13.4
+    torque       10.9 / 4.3 / 2.8    8.9 / 3.6 / 2.3     20.4 / 9.1 / 5.3    9.9 / 4.1 / 2.7
+    sensor, LQR  33.3 / 10.3 / 4.7   9.2 / 5.4 / 4.2     100 / 100 / 100     38.4 / 13.9 / 7.4
+    parameters   32.1 / 18.2 / 8.4   30.8 / 18.3 / 12.2  39.3 / 29.0 / 22.7  30.7 / 20.4 / 13.1
 
 Of the presets with other schemes, "motor-with-stop" takes the levels of camp1997, which are as
 hard for it. "hip-torque" bears any torque noise and parameters: the pushes are harder.

@@ -250,10 +250,12 @@ def test_a_level_is_about_as_hard_in_every_kind(preset: str, kind: str, level: s
 def test_the_documentation_has_the_sizes_of_all_levels_and_what_they_are_of() -> None:
     """It is made from them: this reads it as a user does."""
     document = PoweredWalkerEnv.__doc__ or ""
-    for kind, sizes in SIZES["round-foot"].items():
-        (row,) = [line for line in document.splitlines() if re.search(rf"`{kind}` .* / ", line)]
+    for preset, sizes in SIZES.items():
+        (row,) = [x for x in document.splitlines() if re.search(rf"`{preset}` .*, .*, .*, .*, ", x)]
         cells = [re.findall(r"[\d.]+", cell) for cell in row.split("|")[2:-1]]
-        assert [float(size) for size in cells[list(SIZES).index("round-foot")]] == list(sizes)
+        assert [[float(size) for size in cell] for cell in cells] == [
+            list(sizes[kind]) for kind in KINDS
+        ]
     for preset in PUSHES:
         control = PRESETS[preset].control
         assert control is not None
