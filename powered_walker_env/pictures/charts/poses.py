@@ -47,7 +47,7 @@ def angles_figure(trajectory: Trajectory, *, title: str = "") -> Drawing:
     figure = Figure(figsize=(7.6, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes in (left, right):
-        _draw_pose(axes, pose, params, (INK, GREY))
+        draw_pose(axes, pose, params, (INK, GREY))
         _draw_floor(axes, pose, params)
     reach, legs = 0.28 * params.leg_length, (q[0] + q[1], q[0] + q[1] + q[2] - math.pi)
     for foot, angle, name in ((pose.ankle, legs[0], "α"), (pose.swing_ankle, legs[1], "s")):
@@ -90,7 +90,7 @@ def stride_figure(trajectory: Trajectory, *, poses: int = POSES, title: str = ""
         at = complex(foot[row, 1], foot[row, 0] + shift)
         pose = Pose.of(at, [*q[row], knee[row]], params)
         colour = PHASES[int(phase[row]) % len(PHASES)]
-        _draw_pose(above, pose, params, (colour, colour))
+        draw_pose(above, pose, params, (colour, colour))
     ends = (
         complex(0.0, foot[0, 0] - 0.9 * params.leg_length),
         complex(0.0, foot[-1, 0] + spread[-1] + 0.9 * params.leg_length),
@@ -132,13 +132,18 @@ def _tilted(points: list[complex], params: WalkerParams) -> tuple[list[float], l
 
 
 def _line(
-    axes: Axes, points: tuple[complex, ...], params: WalkerParams, colour: str, width: float
+    axes: Axes, points: tuple[complex, ...], params: WalkerParams, colour: str, width: float,
+    strength: float = 1.0,
+) -> None:  # fmt: skip
+    axes.plot(
+        *_tilted([*points], params), color=colour, lw=width, solid_capstyle="round", alpha=strength
+    )
+
+
+def draw_pose(
+    axes: Axes, pose: Pose, params: WalkerParams, colours: tuple[str, str], strength: float = 1.0
 ) -> None:
-    axes.plot(*_tilted([*points], params), color=colour, lw=width, solid_capstyle="round")
-
-
-def _draw_pose(axes: Axes, pose: Pose, params: WalkerParams, colours: tuple[str, str]) -> None:
-    """Both legs with their feet; the stance leg thicker."""
+    """Both legs with their feet, the stance leg thicker; faint with less strength."""
     R, lock = params.foot_radius, params.locked_ankle_angle
     for centre, ankle, knee, angle, colour, width in (
         (
@@ -154,10 +159,10 @@ def _draw_pose(axes: Axes, pose: Pose, params: WalkerParams, colours: tuple[str,
         if SMALL * params.leg_length < R:
             low, high = angle + math.pi + lock - SOLE, angle + math.pi + lock + SOLE
             sole = [centre + cmath.rect(R, a) for a in np.linspace(low, high, 24).tolist()]
-            _line(axes, (ankle, *sole, ankle), params, colour, 0.8)
-        _line(axes, (centre, ankle), params, colour, width)
-        _line(axes, (ankle, knee, pose.hip), params, colour, width)
-    axes.plot(*_tilted([pose.hip], params), "o", color=INK, markersize=7)
+            _line(axes, (ankle, *sole, ankle), params, colour, 0.8, strength)
+        _line(axes, (centre, ankle), params, colour, width, strength)
+        _line(axes, (ankle, knee, pose.hip), params, colour, width, strength)
+    axes.plot(*_tilted([pose.hip], params), "o", color=INK, markersize=7, alpha=strength)
 
 
 def _draw_floor(axes: Axes, pose: Pose, params: WalkerParams) -> None:

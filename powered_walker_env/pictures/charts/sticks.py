@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
+from powered_walker_env.pictures.charts.poses import draw_pose
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
     GREY,
@@ -61,21 +61,11 @@ def _draw_sticks(axes: Axes, walk: Trajectory, poses: list[Pose]) -> None:
     times = np.linspace(walk.t[0], walk.t[-1], STICKS * strides + 1)
     chosen = np.unique(np.searchsorted(walk.t, times).clip(max=len(walk.t) - 1))
     first = {int(np.searchsorted(walk.stride, k)) for k in range(strides)}
+    level = walk.params.replace(slope=0.0)  # along the floor
     for row in chosen:
-        pose, even = poses[row], walk.stride[row] % 2 == 0
-        legs = (
-            (pose.foot, pose.ankle, pose.knee, pose.hip),
-            (pose.hip, pose.swing_knee, pose.swing_ankle, pose.swing_foot),
+        even = walk.stride[row] % 2 == 0
+        full = row in first or row == len(poses) - 1
+        draw_pose(
+            axes, poses[row], level, (BLUE, RED) if even else (RED, BLUE), 1.0 if full else FAINT
         )
-        for leg, colour in zip(legs, (BLUE, RED) if even else (RED, BLUE), strict=True):
-            line = [(point.imag, point.real) for point in leg]
-            strength = 1.0 if row in first or row == len(poses) - 1 else FAINT
-            axes.add_collection(LineCollection([line], colors=colour, alpha=strength, lw=1.6))
-    path = np.array([pose.swing_foot for pose in poses])
-    jumps = np.flatnonzero(np.diff(walk.stride)) + 1
-    axes.plot(
-        np.insert(path.imag, jumps, np.nan), np.insert(path.real, jumps, np.nan),
-        ":", color=INK, linewidth=1.0,
-    )  # fmt: skip
     axes.axhline(0, color=INK, linewidth=0.8)
-    axes.autoscale_view()
