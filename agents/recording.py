@@ -11,7 +11,7 @@ from powered_walker_env import PostStrikeState, Trajectory, walk
 from powered_walker_env.controllers import Controller
 from powered_walker_env.controllers.evaluation import walkers_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.mechanics.packing import params_of
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder, log_stride
 
 SAMPLE_INTERVAL = 0.01  # s

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode
 from benchmarks.timing import Case, Section, measure
 from powered_walker_env.envs.contract import STRIDE_RTOL
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import packed
+from powered_walker_env.model.mechanics.packing import packed
 from powered_walker_env.model.powering import scheme_of
 from powered_walker_env.model.presets import preset
 from powered_walker_env.model.state import PostStrikeState

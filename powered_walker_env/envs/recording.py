@@ -14,7 +14,7 @@ from powered_walker_env.envs.gallery import RENDER_FPS
 from powered_walker_env.envs.show import Walked
 from powered_walker_env.envs.walker import Action, Observation, PoweredWalkerEnv
 from powered_walker_env.envs.walkers import WALKED
-from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.mechanics.packing import params_of
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.pictures.film import check_film, save_animation
 from powered_walker_env.simulation.trajectory import TrajectoryBuilder

@@ -14,7 +14,7 @@ import numpy as np
 
 from powered_walker_env.compiled.decorators import internal, rare
 from powered_walker_env.envs.paths import imported
-from powered_walker_env.model.mechanics.constants import GRAVITY, LEG_LENGTH, LEG_MASS
+from powered_walker_env.model.mechanics.packing import GRAVITY, LEG_LENGTH, LEG_MASS
 from powered_walker_env.simulation.record import POSITIVE_WORK, STEP_LENGTH
 from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.walked import StrideBatch

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from powered_walker_env.envs.task import Task
 from powered_walker_env.envs.walkers import WALKED, Walkers
-from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.mechanics.packing import params_of
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.pictures.canvas import Frame
 from powered_walker_env.pictures.renderer import Renderer

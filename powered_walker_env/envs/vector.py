@@ -35,7 +35,7 @@ from powered_walker_env.envs.gallery import Gallery
 from powered_walker_env.envs.saved import Saved, numbers
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.walkers import WALKED, Walkers
-from powered_walker_env.model.mechanics.constants import OWN
+from powered_walker_env.model.mechanics.packing import OWN
 from powered_walker_env.model.powering import AnyControl
 from powered_walker_env.model.state import PostStrikeState
 

@@ -28,7 +28,7 @@ from powered_walker_env.envs.task import (
     Task,
 )
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import OWN, pack, pack_all, rows_from_own
+from powered_walker_env.model.mechanics.packing import OWN, pack, pack_all, rows_from_own
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import MOTOR
 from powered_walker_env.model.state import PostStrikeState

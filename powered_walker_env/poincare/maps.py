@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.phases import BENT, Cycle, Joints, Outcome
 from powered_walker_env.model.powering import (
     AnyControl,

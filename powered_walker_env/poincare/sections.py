@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from powered_walker_env.model.checks import real_number
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.phases import (
     Cycle,
     Exit,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.checks import real_number
-from powered_walker_env.model.mechanics.constants import pack, pack_all
+from powered_walker_env.model.mechanics.packing import pack, pack_all
 from powered_walker_env.model.powering import (
     MOTOR,
     PASSIVE,

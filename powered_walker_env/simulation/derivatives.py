@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import NUMBERS, OWN, ROW, row_tangents
+from powered_walker_env.model.mechanics.packing import NUMBERS, OWN, ROW, row_tangents
 from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.powering import (
     CONTROL_NUMBERS,
@@ -33,7 +33,7 @@ from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
 from powered_walker_env.simulation.arguments import Array, check_batch, check_rtol
 from powered_walker_env.simulation.differences import differences
-from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
+from powered_walker_env.simulation.directions import CHANGES, OUTPUTS
 from powered_walker_env.simulation.strides import NO_ROWS, outcomes_of
 from powered_walker_env.simulation.threads import run_in_slices
 from powered_walker_env.simulation.walked import StrideBatch

@@ -14,18 +14,14 @@ from powered_walker_env.compiled.decorators import once, rare
 from powered_walker_env.compiled.lanes import LANES, SIZE, blend, blend_state, load_state, mask_of
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, KNEE_STRIKE, fall_outcome
 from powered_walker_env.model.phases import EXITS, MAX_EXITS, Outcome
+from powered_walker_env.simulation.directions import begin, write_derivatives
 from powered_walker_env.simulation.events import over_at_once
 from powered_walker_env.simulation.lockstep import enter, flow_at, place, rest, row_of
 from powered_walker_env.simulation.poses import pose_here
 from powered_walker_env.simulation.record import write_log, write_row
 from powered_walker_env.simulation.resets import AFTER, BEFORE, CONTINUE, WITH, apply_resets
 from powered_walker_env.simulation.runge_kutta import constants_lanes
-from powered_walker_env.simulation.sensitivity import (
-    begin,
-    enter_phases,
-    leave_phases,
-    write_derivatives,
-)
+from powered_walker_env.simulation.sensitivity import enter_phases, leave_phases
 from powered_walker_env.simulation.totals import begin_sums, clear, end_clearance
 from powered_walker_env.simulation.watching import along, watch_here
 

@@ -33,6 +33,7 @@ from powered_walker_env.compiled.lanes import (
 )
 from powered_walker_env.model.mechanics.guards import FIRST_FALL
 from powered_walker_env.model.phases import Outcome
+from powered_walker_env.simulation.directions import DIRECTION_SIZE, Directions
 from powered_walker_env.simulation.events import EVERY_LANE, aim, arrive, planned, suspicions
 from powered_walker_env.simulation.hand_over import (
     MAX_PHASES,
@@ -56,7 +57,7 @@ from powered_walker_env.simulation.runge_kutta import (
     step_factor,
     workspace,
 )
-from powered_walker_env.simulation.sensitivity import DIRECTION_SIZE, Directions, propagate
+from powered_walker_env.simulation.sensitivity import propagate
 from powered_walker_env.simulation.totals import TOTALS, add_step, totals
 from powered_walker_env.simulation.watching import along, factor_rate, landing_lanes
 

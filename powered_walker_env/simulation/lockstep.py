@@ -24,7 +24,8 @@ from powered_walker_env.compiled.lanes import (
 )
 from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive, flow
-from powered_walker_env.model.mechanics.constants import (
+from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
+from powered_walker_env.model.mechanics.packing import (
     BENT_CHAIN,
     CHAIN,
     CHAIN_SIZE,
@@ -34,7 +35,6 @@ from powered_walker_env.model.mechanics.constants import (
     LOCKED_CHAIN,
     OWN,
 )
-from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
 from powered_walker_env.model.phases import (
     BENT,
     EXITS,
@@ -187,8 +187,7 @@ def copy_walker(s, w, lane, rows, row):
 
 @internal
 def place(s, w, lane, index, batch):
-    """Start a stride: the state just after heel strike, feet locked, knees straight. Is the walker
-    new?"""
+    """Start a stride just after heel strike: feet locked, knees straight. Is the walker new?"""
     row, states = row_of(index, batch.row_count), batch.states
     new = s.walker[0, lane] != row + 1
     if new:

@@ -12,7 +12,7 @@ from powered_walker_env.compiled.lanes import (
     load,
 )
 from powered_walker_env.compiled.records import Layout
-from powered_walker_env.model.mechanics.constants import CONSTANTS
+from powered_walker_env.model.mechanics.packing import CONSTANTS
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.simulation.interpolant import interpolate, pose_inside
 

@@ -29,12 +29,7 @@ from powered_walker_env.compiled.lanes import (
 )
 from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import flow
-from powered_walker_env.model.mechanics.constants import (
-    CHAIN,
-    CHAIN_SIZE,
-    CONSTANTS,
-    CONSTANTS_SIZE,
-)
+from powered_walker_env.model.mechanics.packing import CHAIN, CHAIN_SIZE, CONSTANTS, CONSTANTS_SIZE
 
 STAGES = 12
 EXTRA_STAGES = len(DOP853.A_EXTRA)  # of the interpolant

@@ -13,13 +13,9 @@ carry tangents (`compiled/lanes`). The flow is (`mechanics/tangents.py`), for sp
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, NamedTuple
-
-from powered_walker_env.compiled.decorators import internal, once, rare, small
+from powered_walker_env.compiled.decorators import internal, once, rare
 from powered_walker_env.compiled.lanes import (
     SIZE,
-    Table,
     bits,
     blend,
     blend_state,
@@ -27,27 +23,20 @@ from powered_walker_env.compiled.lanes import (
     load,
     load_state,
     plus,
-    rows_from,
     store_state,
     tangents_of,
     unit,
     where,
 )
-from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import ankle_torque
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix
-from powered_walker_env.model.mechanics.constants import (
-    BENT_CHAIN,
-    CHAIN_SIZE,
-    CONSTANTS,
-    CONSTANTS_SIZE,
-    FREE_CHAIN,
-    LOCKED_CHAIN,
-    OWN,
-)
 from powered_walker_env.model.mechanics.ground import travel
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, value_of
+from powered_walker_env.model.mechanics.packing import (
+    CHAIN_SIZE,
+)
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
+from powered_walker_env.simulation.directions import LOCK, STRENGTH, SWITCH, change_of, direction_of
 from powered_walker_env.simulation.lockstep import flow_at, moving_aims, moving_drive
 from powered_walker_env.simulation.poses import chained, held, joined, moving, pose_here, which
 from powered_walker_env.simulation.resets import after_reset, pushes, strikes
@@ -62,98 +51,7 @@ from powered_walker_env.simulation.runge_kutta import (
 )
 from powered_walker_env.simulation.watching import along, guard_along
 
-OUTPUTS = 6  # what a stride is differentiated of: α, s, α', β' after it, duration, step length
-CHANGES = 6  # of what besides the walker: post-strike state (4), switch angle, strength
-_SWITCH, _STRENGTH = 4, 5
 _FIRST, _STAGE, _WEIGHT = ADVANCES
-_LOCK = CONSTANTS["lock"]
-
-
-class Direction(NamedTuple):
-    """One direction to differentiate along: the derivatives of eight strides under way."""
-
-    S: Annotated[Table, SIZE]  # of the chain's state, now
-    flows: Annotated[Table, (STAGES + 1) * SIZE]  # of S at the stages
-    shift: Table  # s, how far the last event moves
-    start: Table  # rad, of φ as the stride began
-    struck: Annotated[Table, SIZE]  # of the pose after the reset
-    struck_thigh: Annotated[Table, 2]
-    length: Table  # m, of the way travelled
-    constants: Annotated[Table, CONSTANTS_SIZE]  # of the walkers
-    locked_chain: Annotated[Table, CHAIN_SIZE]
-    free_chain: Annotated[Table, CHAIN_SIZE]
-    bent_chain: Annotated[Table, CHAIN_SIZE]
-    chain: Annotated[Table, CHAIN_SIZE]
-
-
-DIRECTION = Layout(Direction)
-DIRECTION_SIZE = DIRECTION.size
-direction_in = DIRECTION.view
-
-
-class Directions(NamedTuple):
-    """What to differentiate by, and where the derivatives go."""
-
-    n: int  # directions, 0 for none
-    rows: Table  # of lanes: n times DIRECTION.size
-    changes: Table  # (n, CHANGES)
-    walkers: Table  # (rows·n, ROW) of the walkers' rows, n for each walker
-    derivatives: Table  # (N·n, OUTPUTS)
-
-
-@small
-def direction_of(d, k):
-    """The k-th direction."""
-    return direction_in(rows_from(d.rows, k * DIRECTION_SIZE))
-
-
-@once
-def begin(d, s, lane, row, new):
-    """The change of the pose at the start of a stride: both feet locked, φ = α − lock.
-
-    Args:
-        row: of the walker in the batch; new: whether the lane had another before.
-    """
-    for k in range(d.n):
-        e, changes = direction_of(d, k), d.changes
-        if new:
-            _copy_walker(d, e, lane, row * d.n + k)
-        phi = changes[k, 0] - e.constants[_LOCK, lane]
-        e.start[0, lane], e.shift[0, lane] = phi, 0.0
-        e.struck[0, lane], e.struck[1, lane], e.struck[2, lane] = phi, changes[k, 0], changes[k, 1]
-        e.struck[3, lane], e.struck[4, lane] = changes[k, 2], changes[k, 2]
-        e.struck[5, lane] = changes[k, 3]
-        e.struck_thigh[0, lane], e.struck_thigh[1, lane] = changes[k, 1], changes[k, 3]
-
-
-@once
-def _copy_walker(d, e, lane, row):
-    """Write the changes of a walker's constants and chains into a lane."""
-    for i in range(CONSTANTS_SIZE):
-        e.constants[i, lane] = d.walkers[row, OWN + i]
-    for i in range(CHAIN_SIZE):
-        e.locked_chain[i, lane] = d.walkers[row, LOCKED_CHAIN + i]
-        e.free_chain[i, lane] = d.walkers[row, FREE_CHAIN + i]
-        e.bent_chain[i, lane] = d.walkers[row, BENT_CHAIN + i]
-
-
-@once
-def write_derivatives(d, index, lane, walked):
-    """The derivatives of the stride that one lane has ended; NaN after a fall."""
-    for k in range(d.n):
-        e, row = direction_of(d, k), index * d.n + k
-        for j in range(OUTPUTS):
-            d.derivatives[row, j] = math.nan
-        if walked:
-            d.derivatives[row, 0], d.derivatives[row, 1] = e.struck[1, lane], e.struck[2, lane]
-            d.derivatives[row, 2], d.derivatives[row, 3] = e.struck[4, lane], e.struck[5, lane]
-            d.derivatives[row, 4], d.derivatives[row, 5] = e.shift[0, lane], e.length[0, lane]
-
-
-@small
-def _change(d, k, s, column):
-    """A change of the control, in all lanes."""
-    return d.changes[k, column] + 0.0 * load(s.t, 0)
 
 
 @once
@@ -182,7 +80,7 @@ def propagate(d, s, w, mask):
             if stage > 0:
                 t = plus(t, h, weighted(_FIRST, _STAGE, _WEIGHT, stage - 1, e.flows))
             dchain, dc = chain_lanes(e.chain), constants_lanes(e.constants)
-            drive = moving_drive(s, _change(d, k, s, _STRENGTH))
+            drive = moving_drive(s, change_of(d, k, s, STRENGTH))
             moving = constants_duals(c, e.constants)
             tau, hip = _torque_changes(y, t, drive, chain, c, dchain, moving)
             dat = couplings_tangent(z1, z2, z3, at, t, chain, c, dchain, dc)
@@ -218,8 +116,8 @@ def _event_shift(d, k, s, w, target, rates, pose, c):
     """
     e = direction_of(d, k)
     dt = where(load(s.elapsed, 0) > 0.0, 0.0, load(e.shift, 0))
-    aimed = moving_aims(s, _change(d, k, s, _SWITCH))
-    drive = moving_drive(s, _change(d, k, s, _STRENGTH))
+    aimed = moving_aims(s, change_of(d, k, s, SWITCH))
+    drive = moving_drive(s, change_of(d, k, s, STRENGTH))
     chains = _moving_chains(w, e)
     for guard in range(1, FIRST_FALL):
         if bits(target == guard):
@@ -251,12 +149,12 @@ def leave_phases(d, s, w, mask):
         c, S, lock = (
             constants_duals(plain, e.constants),
             load_state(e.S, 0),
-            load(e.constants, _LOCK),
+            load(e.constants, LOCK),
         )
         dt = _event_shift(d, k, s, w, target, rates, moving(here, S, links, lock), c)
         blend(e.shift, 0, mask, dt)
         pose = moving(here, plus(S, dt, before), links, lock)
-        strength = dual(load(s.strength, 0), _change(d, k, s, _STRENGTH))
+        strength = dual(load(s.strength, 0), change_of(d, k, s, STRENGTH))
         impulse = where(pushes(reset), strength, 0.0 * strength)
         struck = after_reset(reset, pose, impulse, _moving_chains(w, e), c)
         numbers = (

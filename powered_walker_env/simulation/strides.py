@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import packed
+from powered_walker_env.model.mechanics.packing import packed
 from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.powering import (
     AnyControl,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import whole_number
 from powered_walker_env.model.knees import encode, encoded
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.phases import Cycle, Outcome, Torque
 from powered_walker_env.model.powering import (
     AnyControl,

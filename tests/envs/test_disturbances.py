@@ -24,7 +24,7 @@ from powered_walker_env.envs.disturbances import KINDS, SPREAD_FIELDS, episode_p
 from powered_walker_env.envs.levels import LEVELS, SIZES, disturbance_of
 from powered_walker_env.envs.task import state_scale
 from powered_walker_env.model.knee import thigh_of
-from powered_walker_env.model.mechanics.constants import params_of
+from powered_walker_env.model.mechanics.packing import params_of
 from powered_walker_env.model.quantities import quantities
 from tests.helpers.episodes import EVERYTHING, make
 from tests.helpers.samples import MOTORS, POWERED

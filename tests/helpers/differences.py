@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from powered_walker_env.model.mechanics.constants import OWN, own_numbers, rows_from_own
+from powered_walker_env.model.mechanics.packing import OWN, own_numbers, rows_from_own
 from powered_walker_env.model.phases import Cycle
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import record

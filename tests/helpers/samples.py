@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.model.mechanics.chain import Pose, pose_of
-from powered_walker_env.model.mechanics.constants import Chain, Constants, chains_of, constants_of
+from powered_walker_env.model.mechanics.constants import Constants
+from powered_walker_env.model.mechanics.links import Chain
+from powered_walker_env.model.mechanics.packing import chains_of, constants_of
 from powered_walker_env.model.powering import MOTOR, SCHEMES, scheme_of
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.walker import AS_PUBLISHED, CONSERVING, WalkerParams

@@ -8,7 +8,7 @@ import pytest
 from powered_walker_env.model.mechanics import actuation
 from powered_walker_env.model.mechanics.actuation import Drive, accelerations_at
 from powered_walker_env.model.mechanics.chain import accelerations
-from powered_walker_env.model.mechanics.constants import chains_of
+from powered_walker_env.model.mechanics.packing import chains_of
 from powered_walker_env.model.phases import Joints, Torque
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers import derivation

@@ -10,7 +10,7 @@ import pytest
 
 from powered_walker_env import PRESETS, WalkerParams
 from powered_walker_env.model.knee import Knee
-from powered_walker_env.model.mechanics.constants import (
+from powered_walker_env.model.mechanics.packing import (
     BENT_CHAIN,
     CHAIN,
     CONSTANTS,

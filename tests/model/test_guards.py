@@ -10,9 +10,9 @@ import pytest
 from powered_walker_env.model.mechanics import ground, guards
 from powered_walker_env.model.mechanics.actuation import Drive
 from powered_walker_env.model.mechanics.chain import Pose
-from powered_walker_env.model.mechanics.constants import chains_of
 from powered_walker_env.model.mechanics.ground import Held
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
+from powered_walker_env.model.mechanics.packing import chains_of
 from powered_walker_env.model.phases import Guard, Outcome
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers.samples import constants, pose, random_motion, random_walkers

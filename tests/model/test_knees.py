@@ -13,7 +13,7 @@ from powered_walker_env.model.knees import bent, encoded
 from powered_walker_env.model.mechanics import chain, ground, guards, locking
 from powered_walker_env.model.mechanics.actuation import accelerations_at, drive
 from powered_walker_env.model.mechanics.chain import Pose
-from powered_walker_env.model.mechanics.constants import chains_of
+from powered_walker_env.model.mechanics.packing import chains_of
 from powered_walker_env.model.phases import (
     Exit,
     Guard,

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from powered_walker_env.model.mechanics import chain
-from powered_walker_env.model.mechanics.constants import Chain, Constants
+from powered_walker_env.model.mechanics.constants import Constants
+from powered_walker_env.model.mechanics.links import Chain
 from powered_walker_env.model.walker import WalkerParams
 from tests.helpers.derivation import Array
 from tests.helpers.samples import constants, derivative, random_motion

@@ -28,7 +28,11 @@ from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics import guards
 from powered_walker_env.model.mechanics.actuation import Drive, ankle_torque, flow
 from powered_walker_env.model.mechanics.chain import couplings, hip_bend, mass_matrix, pose_of
-from powered_walker_env.model.mechanics.constants import (
+from powered_walker_env.model.mechanics.ground import Held
+from powered_walker_env.model.mechanics.guards import Aims, value_of
+from powered_walker_env.model.mechanics.heel_strike import heel_strike
+from powered_walker_env.model.mechanics.locking import ankle_caught
+from powered_walker_env.model.mechanics.packing import (
     BENT_CHAIN,
     CHAIN,
     CONSTANTS,
@@ -39,10 +43,6 @@ from powered_walker_env.model.mechanics.constants import (
     row_tangents,
     rows_from_own,
 )
-from powered_walker_env.model.mechanics.ground import Held
-from powered_walker_env.model.mechanics.guards import Aims, value_of
-from powered_walker_env.model.mechanics.heel_strike import heel_strike
-from powered_walker_env.model.mechanics.locking import ankle_caught
 from powered_walker_env.model.mechanics.push_off import push_off
 from powered_walker_env.model.mechanics.tangents import acceleration_tangents, couplings_tangent
 from powered_walker_env.model.phases import Guard

@@ -21,8 +21,8 @@ from powered_walker_env import (
 )
 from powered_walker_env.cli import main
 from powered_walker_env.literature.values.published import PASSIVE_GAITS, PassiveGait
-from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
+from powered_walker_env.model.mechanics.packing import constants_of
 from powered_walker_env.model.presets import preset
 from tests.helpers.samples import PASSIVE, POWERED, pose
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, find_gait
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import MOTOR, FunctionPolicy, scheme_of
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare import slice_through

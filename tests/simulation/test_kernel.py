@@ -11,11 +11,11 @@ import pytest
 from powered_walker_env import PRESETS, Outcome, WalkerParams, stride_batch
 from powered_walker_env.compiled.lanes import LANES
 from powered_walker_env.model.knees import encode
-from powered_walker_env.model.mechanics.constants import OWN, ROW, pack, row_tangents
+from powered_walker_env.model.mechanics.packing import OWN, ROW, pack, row_tangents
 from powered_walker_env.model.phases import Cycle, Exit, Guard, Joints, Phase, Reset, Torque
 from powered_walker_env.model.powering import PASSIVE_WALKER, POWERED_WALKER, scheme_of
 from powered_walker_env.simulation import kernel, record, threads
-from powered_walker_env.simulation.sensitivity import CHANGES, OUTPUTS
+from powered_walker_env.simulation.directions import CHANGES, OUTPUTS
 from powered_walker_env.simulation.strides import NO_ROWS
 from tests.helpers.derivation import Array
 from tests.helpers.landings import clear_of_together

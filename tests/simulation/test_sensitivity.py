@@ -7,7 +7,7 @@ import pytest
 
 from powered_walker_env import PRESETS, Control, WalkerParams
 from powered_walker_env.model.knee import Knee
-from powered_walker_env.model.mechanics.constants import NUMBERS
+from powered_walker_env.model.mechanics.packing import NUMBERS
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.model.powering import (
     ANGLE,

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from powered_walker_env.model.mechanics.actuation import accelerations_at, drive
 from powered_walker_env.model.mechanics.chain import pose_of
-from powered_walker_env.model.mechanics.constants import chains_of, constants_of
+from powered_walker_env.model.mechanics.packing import chains_of, constants_of
 from powered_walker_env.model.phases import Joints, Torque
 from powered_walker_env.model.powering.motor import Control
 from powered_walker_env.model.presets import PRESETS

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.mechanics import chain
-from powered_walker_env.model.mechanics.constants import Chain, chains_of, constants_of
 from powered_walker_env.model.mechanics.ground import apart, last_factor
 from powered_walker_env.model.mechanics.guards import knee
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
+from powered_walker_env.model.mechanics.links import Chain
 from powered_walker_env.model.mechanics.locking import knee_caught
+from powered_walker_env.model.mechanics.packing import chains_of, constants_of
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.walker import WalkerParams
 

@@ -2,13 +2,14 @@
 
 Everywhere here a vector of the plane is one complex number, up + i·forward, and
 ⟨a, b⟩ = Re(ā b) is the inner product. Angles are absolute: foot φ, stance leg α
-(ankle to hip), swing leg β (hip to ankle), from the floor's normal, forward positive. A pose is
-(φ, α, β, φ', α', β').
+(ankle to hip), swing leg β (hip to ankle; of a bent one the shank, and θ its thigh), from the
+floor's normal, forward positive. A pose is (φ, α, β, φ', α', β') and, with a knee, (θ, θ').
 
 Every formula takes floats, in Python, or eight walkers at once, with or without tangents, in
 kernels (`compiled/`).
 
-- `constants`: the walker's numbers as the formulas need them, and its chains
+- `constants`, `links`: the walker's numbers as the formulas need them, and its chains; `packing`:
+  both as the kernels' row
 - `chain`: mass matrix, bias, accelerations and energy of up to three links
 - `actuation`: torques
 - `ground`: the swing foot and the floor

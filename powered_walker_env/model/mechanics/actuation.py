@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from powered_walker_env.compiled.decorators import formula, small
 from powered_walker_env.compiled.lanes import where
 from powered_walker_env.model.mechanics.chain import Pose, accelerations
-from powered_walker_env.model.mechanics.constants import Chains, Constants
+from powered_walker_env.model.mechanics.constants import Constants
+from powered_walker_env.model.mechanics.links import Chains
 from powered_walker_env.model.phases import Joints, Torque
 
 

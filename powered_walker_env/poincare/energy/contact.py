@@ -15,8 +15,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.mechanics.constants import constants_of
 from powered_walker_env.model.mechanics.ground import swing_foot
+from powered_walker_env.model.mechanics.packing import constants_of
 from powered_walker_env.model.phases import Joints
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState

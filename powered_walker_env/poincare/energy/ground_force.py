@@ -28,14 +28,10 @@ from powered_walker_env.model.mechanics.actuation import (
     drive,
 )
 from powered_walker_env.model.mechanics.chain import Pose, bent, cross, pose_of, second_link
-from powered_walker_env.model.mechanics.constants import (
-    Chain,
-    Chains,
-    Constants,
-    chains_of,
-    constants_of,
-)
+from powered_walker_env.model.mechanics.constants import Constants
 from powered_walker_env.model.mechanics.heel_strike import heel_strike
+from powered_walker_env.model.mechanics.links import Chain, Chains
+from powered_walker_env.model.mechanics.packing import chains_of, constants_of
 from powered_walker_env.model.mechanics.push_off import push_off
 from powered_walker_env.model.phases import Cycle, Joints, Outcome, Reset
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy

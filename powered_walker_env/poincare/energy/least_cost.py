@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 
 from powered_walker_env.model.checks import real_number, require
 from powered_walker_env.model.mechanics.chain import kinetic_energy, pose_of
-from powered_walker_env.model.mechanics.constants import chains_of, constants_of
+from powered_walker_env.model.mechanics.packing import chains_of, constants_of
 from powered_walker_env.model.mechanics.push_off import push_off, work_before
 from powered_walker_env.model.walker import WalkerParams
 

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait, find_gait
 from powered_walker_env.poincare.maps import StrideMap

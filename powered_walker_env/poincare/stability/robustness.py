@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.maps import MapPoint, StrideMap

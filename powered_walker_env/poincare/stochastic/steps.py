@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import real_number, require, whole_number
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams

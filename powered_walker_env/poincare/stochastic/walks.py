@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from powered_walker_env.model.checks import whole_number
-from powered_walker_env.model.mechanics.constants import pack
+from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
 from powered_walker_env.model.state import check_state
 from powered_walker_env.model.walker import WalkerParams
