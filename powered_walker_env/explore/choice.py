@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from powered_walker_env.controllers.loading import OPEN_LOOP
 from powered_walker_env.envs.levels import disturbance_of
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.powering import (
     ANGLE,
     AnyControl,
@@ -72,7 +73,7 @@ class Choice:
         """The numbers there are sliders for: the control's, then those the walker has a use for."""
         useless = () if self.scheme.moves_ankle else ("no_load_speed", "torque_limit")
         own = {} if self.control is None else numbers_of_control(self.scheme)
-        walker = quantities(WalkerParams)
+        walker = quantities(WalkerParams) | (quantities(Knee) if self.params.knee else {})
         return own | {name: each for name, each in walker.items() if name not in useless}
 
     @property
@@ -82,8 +83,8 @@ class Choice:
 
     def value(self, name: str) -> float:
         """Of one of the numbers."""
-        owner = self.control if name in self.scheme.numbers else self.params
-        return float(getattr(owner, name))
+        own = name in self.scheme.numbers
+        return float(getattr(self.control, name)) if own else self.params.number(name)
 
     def replace(self, name: str, value: float) -> Choice:
         """The same with one number changed.

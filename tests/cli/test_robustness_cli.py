@@ -31,6 +31,8 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_every_command_takes_every_walker_and_saves(
     command: str, preset: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if command == "passage" and preset == "kneed":
+        pytest.skip("a motor's section is a hip angle, which walkers with knees have not")
     plot = ("--no-plot",) if command == "passage" else ()
     out = ("--json", "--out", str(tmp_path / "x"), *plot)
     data = json.loads(run(capsys, command, "--preset", preset, *SMALL[command], *out))
@@ -38,7 +40,7 @@ def test_every_command_takes_every_walker_and_saves(
     assert load_result(tmp_path / "x.npz") is not None
 
 
-@pytest.mark.parametrize("preset", POWERED)
+@pytest.mark.parametrize("preset", [name for name in POWERED if name != "kneed"])
 def test_viability_takes_every_powered_walker(
     preset: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -72,6 +74,8 @@ def test_a_volume_says_where_it_was_measured(capsys: pytest.CaptureFixture[str])
     ("arguments", "message"),
     [
         (["viability", "--preset", "compass"], "a constant control"),
+        (["viability", "--preset", "kneed"], "params must have no knee"),
+        (["passage", "--preset", "kneed"], "params must have no knee"),
         (["viability", "--half-range", "0.1"], "half_range must be 2 positive numbers"),
         (["passage", "--nodes", "2"], "--nodes must be at least 6"),
         (["passage", "--push", "-1"], "push must not be negative"),

@@ -168,7 +168,12 @@ def test_every_number_has_a_slider_in_its_domain_around_its_value(name: str) -> 
             assert reach.step <= (reach.high - reach.low) * 2.5 / STEPS
             for end in (reach.low, reach.high):
                 assert quantity.domain.holds(end), (number, end)
-            moved = choice.replace(number, reach.low)
+            try:
+                moved = choice.replace(number, reach.low)
+            except ValueError as error:  # what thigh and shank can be is more than a domain
+                assert choice.params.knee is not None
+                assert "must" in str(error)
+                continue
             assert moved.value(number) == reach.low
             assert moved.scheme is choice.scheme
 

@@ -21,6 +21,7 @@ from powered_walker_env import (
 )
 from powered_walker_env.cli import main
 from powered_walker_env.literature.values.published import PASSIVE_GAITS, PassiveGait
+from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.mechanics.ground import swing_foot
 from powered_walker_env.model.mechanics.packing import constants_of
 from powered_walker_env.model.presets import preset
@@ -68,6 +69,16 @@ def test_an_offset_of_the_mass_changes_the_modes() -> None:
     assert np.abs(offset.multipliers.imag).max() < 1e-12
 
 
+def twice(knee: Knee | None) -> dict[str, float]:
+    """The numbers of a knee of a leg twice as long."""
+    if knee is None:
+        return {}
+    lengths = ("shank_length", "shank_com_along", "shank_com_across")
+    return {name: 2 * getattr(knee, name) for name in lengths} | {
+        "shank_inertia": 4 * knee.shank_inertia
+    }
+
+
 @pytest.mark.parametrize("name", PASSIVE)
 def test_a_passive_gait_is_found_without_a_guess(name: str) -> None:
     params = PRESETS[name].params
@@ -75,7 +86,7 @@ def test_a_passive_gait_is_found_without_a_guess(name: str) -> None:
         leg_length=2 * params.leg_length, foot_length=2 * params.foot_length,
         foot_radius=2 * params.foot_radius, com_along=2 * params.com_along,
         com_across=2 * params.com_across, leg_inertia=4 * params.leg_inertia,
-        gravity=3 * params.gravity,
+        gravity=3 * params.gravity, **twice(params.knee),
     )  # fmt: skip
     gait = find_gait(bigger, None)
     angle, swing, *rates = gait.state

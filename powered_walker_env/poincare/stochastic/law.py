@@ -73,8 +73,9 @@ class Law:
             bends[:] = 0.0
 
         def work(part: slice) -> None:
+            first, beyond, _ = part.indices(self.grid.size)
             best_choices(
-                part.start, part.stop, table, bends, counts, self.begin, self.choice, self.weight,
+                first, beyond, table, bends, counts, self.begin, self.choice, self.weight,
                 self.mean, self.gain, self.reward, self.points, self.weights, discount, outside,
                 gain, best, chosen,
             )  # fmt: skip
