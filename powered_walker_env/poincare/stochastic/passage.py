@@ -191,7 +191,7 @@ def _passage(
     if share < 1.0:
         total += alive * share / (1.0 - share)
     more = survival[-1] * share ** np.arange(1, limit + 2 - len(survival))
-    known = np.concatenate([survival, more])
+    known = np.minimum(np.concatenate([survival, more]), 1.0)  # but for rounding
     return share, mean_at(grid, total, points, weights), known, total
 
 
