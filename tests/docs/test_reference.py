@@ -56,4 +56,4 @@ def test_fields_are_explained_by_their_comments(beside: Any) -> None:
     assert fields["step_length"] == "m, of the whole period"
     assert fields["control_jacobian"].endswith("by what is added to them)")  # on the next line
     walker = dict(beside("docstrings").commented_fields(WalkerParams))
-    assert list(walker) == ["physics"]  # of its numbers the docstring itself tells
+    assert list(walker) == ["physics", "knee"]  # of its numbers the docstring itself tells
