@@ -109,7 +109,7 @@ class _Lanes:
             tol=_tolerance(rtol),
             **OPTIONS,
         )
-        self._columns = list(self._integrator.state.T)
+        self._columns, self._times = list(self._integrator.state.T), self._integrator.time
 
     def __deepcopy__(self, _: Any) -> _Lanes:
         return self  # heyoka copies its callbacks: they are to find this queue
@@ -118,10 +118,10 @@ class _Lanes:
         """(n, k) states at the event, from (n, k) starts; NaN where there was none in time."""
         self._starts, self._found = starts, np.full_like(starts, np.nan)
         self._left = self._waiting = len(starts)
-        self._number = [-1] * len(self._columns)
+        self._number, self._begun = [-1] * len(self._columns), [0.0] * len(self._columns)
+        self._integrator.set_time(0.0)
         for lane in range(len(self._columns)):
             self._next(lane)
-        self._integrator.set_time(0.0)
         self._integrator.reset_cooldowns()
         self._integrator.propagate_until(LONGEST * len(starts))
         return self._found
@@ -131,14 +131,15 @@ class _Lanes:
         number = len(self._starts) - self._waiting
         self._waiting -= 1 if self._waiting else 0
         idle = number == len(self._starts)
-        self._number[lane] = -1 if idle else number
+        self._number[lane], self._begun[lane] = -1 if idle else number, self._times[lane]
         self._columns[lane][:] = self._starts[0 if idle else number]
 
     def _ended(self, _integrator: Any, _sign: int, lane: int) -> bool:
         """A lane has come to the event: whether to go on."""
         number = self._number[lane]
         if number >= 0:
-            self._found[number] = self._columns[lane]
+            if self._times[lane] - self._begun[lane] < LONGEST:
+                self._found[number] = self._columns[lane]
             self._left -= 1
         self._next(lane)
         return self._left > 0
@@ -150,8 +151,11 @@ def batch_strides(c: Constants, rtol: float) -> Callable[[Array], Array]:
     strike = equations(c, jitted=True).strike
 
     def advance(states: Array) -> Array:
+        ends = np.full_like(states, np.nan)
         switched = swing.ends(states + np.array([0.0, math.pi, 0.0, 0.0]))
-        landed = extension.ends(np.ascontiguousarray(_freed(switched.T, c).T))
-        return np.array([strike(row) for row in landed])
+        going = np.flatnonzero(np.isfinite(switched).all(axis=1))
+        landed = extension.ends(np.ascontiguousarray(_freed(switched[going].T, c).T))
+        ends[going] = [strike(row) for row in landed]
+        return ends
 
     return advance
