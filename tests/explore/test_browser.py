@@ -179,7 +179,7 @@ def test_a_click_in_the_basin_starts_a_walk_there(visitor: Visitor) -> None:
     frame = visitor.page.locator(".bk-Figure").nth(3).bounding_box()
     inner = [visitor.value("basin", f"inner_{side}") for side in ("width", "height")]
     right = frame["x"] + frame["width"]
-    visitor.page.mouse.click(right - 0.3 * inner[0], frame["y"] + 0.4 * inner[1])
+    visitor.page.mouse.click(right - 0.15 * inner[0], frame["y"] + 0.2 * inner[1])
     visitor.until_status("foot rolled over after")  # above the basin, where the colour says so
     started = [list(visitor.value("strides", f"data.{axis}")) for axis in "xy"]
     for clicked, (low, high) in zip(started, ranges, strict=True):
