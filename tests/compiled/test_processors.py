@@ -47,7 +47,7 @@ def walked() -> dict[str, list[list[float]]]:
 
 
 @pytest.mark.skipif(not get_process_triple().startswith("x86_64"), reason="made for x86-64")
-@pytest.mark.parametrize("name", PROCESSORS)
+@pytest.mark.parametrize("name", ["haswell", pytest.param("x86-64", marks=pytest.mark.slow)])
 def test_an_older_processor_walks_the_same_strides_to_the_tolerance(name: str) -> None:
     needed, lanes = PROCESSORS[name]
     if not all(get_host_cpu_features().get(feature) for feature in needed):
