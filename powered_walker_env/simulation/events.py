@@ -71,7 +71,7 @@ def suspicions(s, w, pose, pose_new, good):
     """
     h, target = load(w.length, 0), load(s.target, 0)
     watch_here(s, w, 1, FIRST_FALL, pose_new, h == h, s.value_new, s.rate_new)
-    found, beyond = 0, FIRST_FALL
+    found, beyond, watched = 0, FIRST_FALL, int(s.watched[0, 0])
     near = nearest_fall(held(w), pose_new, h, still(w))
     if (~bits(near > 0.0) & good) | bits(target >= FIRST_FALL):  # those stepped onto, too
         watch_falls(s, w, pose_new, h == h)
@@ -79,9 +79,9 @@ def suspicions(s, w, pose, pose_new, good):
     ahead = (apart(pose) > 0.0) | (apart(pose_new) > 0.0)
     ahead = bits(ahead & (load(s.scuffed, 0) == 0.0))
     for guard in range(1, beyond):
-        active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
         suspected = 0
-        if active:
+        if watched >> guard & 1:
+            active = bits((load(s.active, guard) > 0.0) & ~(target == guard)) & good
             doubt = may_fall_through(
                 load(s.value, guard), load(s.rate, guard),
                 load(s.value_new, guard), load(s.rate_new, guard), h,

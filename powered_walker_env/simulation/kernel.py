@@ -52,9 +52,10 @@ from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_lanes,
     error_norm,
+    natural_length,
+    next_length,
     stability_norm,
     step,
-    step_factor,
     workspace,
 )
 from powered_walker_env.simulation.sensitivity import propagate
@@ -69,7 +70,9 @@ LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
 LINEAR = 1e-3  # times √rtol: a way to an event that is linear to its square
 MAX_STEPS = 20_000
-DOUBT = 0.3  # of the error that the last step lets expect: an estimate is not believed below
+#: Of the natural length from one step to the next: an estimate of the error below 0.3 of what the
+#: last step lets expect is not believed.
+GROWTH = 0.3**-0.125
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
 #: Foot to foot, over L, up to which the feet stand together and no touch is a landing: at most,
 #: and otherwise √rtol.
@@ -119,8 +122,9 @@ def _commit(s, w, mask, taken):
     """Go on from the ends of the steps, where the mask holds."""
     blend_state(w.y, 0, mask, load_state(w.y_new, 0))
     blend_state(w.flows, 0, mask, load_state(w.flows, SIZE * STAGES))
+    watched = int(s.watched[0, 0])
     for guard in range(1, FIRST_FALL):
-        if bits(load(s.active, guard) > 0.0):
+        if watched >> guard & 1:
             blend(s.value, guard, mask, load(s.value_new, guard))
             blend(s.rate, guard, mask, load(s.rate_new, guard))
     blend(s.t, 0, mask, load(s.t, 0) + taken)
@@ -137,16 +141,14 @@ def _control_steps(s, w, error):
     not believed: estimates pass through zero where errors do not.
     """
     stepping, busy = load(s.target, 0) > 0.0, load(s.busy, 0) > 0.0
-    square = load(w.length, 0) * load(w.length, 0)
-    eighth, expected = square * square * (square * square), load(s.expected, 0)
-    doubted = DOUBT * expected * eighth
-    error = where(error < doubted, doubted, error)
-    accurate = error <= 1.0
-    store(s.expected, 0, where(accurate & ~stepping, error / eighth, expected))
-    factor = step_factor(error)
-    factor = where((load(s.refused, 0) > 0.0) & (factor > 1.0), 1.0, factor)
+    length, last, accurate = load(w.length, 0), load(s.natural, 0), error <= 1.0
+    natural, most = natural_length(error, length), GROWTH * last
+    natural = where(natural < most, natural, most)
+    store(s.natural, 0, where(accurate & ~stepping, natural, last))
+    proposed = next_length(natural, length)
+    proposed = where((load(s.refused, 0) > 0.0) & (proposed > length), length, proposed)
     store(s.refused, 0, where(accurate, 0.0 * error, 1.0))
-    store(s.h, 0, where(stepping, load(s.h, 0), load(w.length, 0) * factor))
+    store(s.h, 0, where(stepping, load(s.h, 0), proposed))
     return bits((stepping | accurate) & busy)
 
 
@@ -176,7 +178,7 @@ def _advance(s, w, sums, batch, d):
         propagate(d, s, w, mask)
     if batch.interval > 0.0 and taken & 1:
         log_step(batch, s, w)
-    add_step(sums, s, w, mask, length, pose, pose_new, chain_lanes(w.whole), c)
+    add_step(sums, s, w, mask, length, pose, pose_new, chain_lanes(w.chain), c)
     _commit(s, w, mask, length)
     return ended | (_give_up(s, w, error, good, taken) & ~ended)
 

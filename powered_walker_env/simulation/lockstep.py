@@ -20,7 +20,6 @@ from powered_walker_env.compiled.lanes import (
     dual,
     load,
     load_state,
-    where,
 )
 from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive, flow
@@ -51,6 +50,7 @@ GUARDS = len(Guard)  # Guard.NEVER included
 ANKLE_FREE, KNEE_FREE = int(Joints.ANKLE_FREE), int(Joints.KNEE_FREE)
 MOTOR, HIP = int(Torque.MOTOR), int(Torque.HIP)
 IDLE = -1
+UNKNOWN = 1e300  # s, a length of step beyond all others
 LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
 
 _Pose = Annotated[Table, SIZE]
@@ -73,7 +73,7 @@ class Lockstep(NamedTuple):
     t: Table  # s since the stride began
     h: Table  # s, what the step control proposes
     refused: Table  # was the last step too long
-    expected: Table  # 1/s⁸, the last step's error over its tolerance and its length's eighth power
+    natural: Table  # s, of a step as long as its error would bear, by the last one
     whole: Table  # s, the step in which an event was found
     fraction: Table  # of a step, at which a guard falls
     unit: Table  # s, √(L/g)
@@ -98,6 +98,7 @@ class Lockstep(NamedTuple):
     struck: _Pose  # pose after the reset
     struck_thigh: _Thigh
     active: _Guards  # does the phase watch this guard
+    watched: Table  # in the first column: guards (bits) that some lane's phase watches
     value: _Guards  # of the guards where the step begins
     rate: _Guards
     value_new: _Guards  # where it ends
@@ -237,14 +238,18 @@ def enter(s, w, mask, batch):
                 blend(s.active, int(cycle[phase, EXITS + 3 * exit]), here, 1.0)
             longer = 1.0 if free else LOCKED_FIRST_STEP
             blend(s.h, 0, here, longer * batch.first_step * load(s.unit, 0))
+    watched = 0
+    for guard in range(1, GUARDS):
+        if bits(load(s.active, guard) > 0.0):
+            watched |= 1 << guard
+    s.watched[0, 0] = watched
     blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
-    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused, s.expected):
+    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused):
         blend(row, 0, mask, 0.0)
+    blend(s.natural, 0, mask, UNKNOWN)
     blend(s.fresh, 0, mask, 1.0)
     of_phase = joined(w)
     for i in range(CHAIN_SIZE):
-        locked, free = load(w.locked_chain, i), load(w.free_chain, i)
-        bent_knee = load(w.bent_chain, i)
-        blend(w.chain, i, mask, which(of_phase, locked, free, bent_knee))
-        blend(w.whole, i, mask, where(of_phase.bent, bent_knee, free))
+        locked, free, bent = load(w.locked_chain, i), load(w.free_chain, i), load(w.bent_chain, i)
+        blend(w.chain, i, mask, which(of_phase, locked, free, bent))
     blend_state(w.y, 0, mask, chained(load_state(s.struck, 0), s.struck_thigh, of_phase))

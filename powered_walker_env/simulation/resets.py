@@ -89,7 +89,7 @@ def apply_resets(s, w, pose):
         work = 0.0 * impulse
         if bits(pushes(reset)):
             work = _push_work(pose, reset, impulse, struck, free, c)
-        before = kinetic_energy(pose, chain_lanes(w.whole), c)
+        before = kinetic_energy(pose, chain_lanes(w.chain), c)
         after = kinetic_energy(struck, free, c)
         store(s.pushed, 0, work)
         store(s.lost, 0, before + work - after)

@@ -65,7 +65,7 @@ def begin_sums(s, w, sums, mask, pose):
     blend(sums.lowest, 0, starting, math.inf)
     look(
         sums, mask, torques_act(s), pose, acting(s),
-        chain_lanes(w.whole), constants_lanes(w.constants),
+        chain_lanes(w.chain), constants_lanes(w.constants),
     )  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def add_step(sums, s, w, mask, taken, pose, pose_new, chain, c):
 
     Args:
         taken: s, the length of the step, its correction included.
-        pose, pose_new: where it begins and ends; chain: that has the whole energy.
+        pose, pose_new: where it begins and ends; chain: of the phase.
     """
     height, descent = load(sums.height, 0), load(sums.descent, 0)
     before, rising, torque = load(sums.energy, 0), load(sums.power, 0), load(sums.torque, 0)

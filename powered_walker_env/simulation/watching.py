@@ -52,8 +52,9 @@ def guard_along(s, w, guard, pose):
 def watch_here(s, w, first, beyond, pose, mask, values, rates):
     """Write values and rates of the watched guards from `first` to before `beyond`, at a moving
     pose, where the mask holds."""
+    watched = int(s.watched[0, 0])
     for guard in range(first, beyond):
-        if bits(load(s.active, guard) > 0.0):
+        if watched >> guard & 1:
             found = guard_along(s, w, guard, pose)
             blend(values, guard, mask, found.value)
             blend(rates, guard, mask, found.tangent)

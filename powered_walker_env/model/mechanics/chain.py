@@ -195,25 +195,26 @@ def momenta(m, dy1, dy2, dy3, c):
 
 @small
 def second_link(pose, chain):
-    """Angle, rate and unit vector of the link between the first and the last."""
+    """Angle, rate and unit vector of the link between the first and the last; a link that does
+    not exist stands still."""
     knee = chain.knee > 0.0
     return (
         where(knee, pose.theta, pose.alpha),
-        where(knee, pose.dtheta, pose.dalpha),
+        chain.ankle * pose.dalpha + chain.knee * pose.dtheta,
         where(knee, pose.thigh, pose.stance),
     )
 
 
 @formula
 def mass_matrix_at(pose, chain, c):
-    """The mass matrix at a pose, of the chain with the ankle free or with the knee free."""
+    """The mass matrix at a pose, of any of the walker's chains."""
     _, _, second = second_link(pose, chain)
     return mass_matrix(couplings(pose.foot, second, pose.swing, chain, c), chain, c)
 
 
 @formula
 def kinetic_energy(pose, chain, c):
-    """½ rates · momenta, J, of the walker whose ankle, or whose knee, is free."""
+    """½ rates · momenta, J."""
     m, (_, rate, _) = mass_matrix_at(pose, chain, c), second_link(pose, chain)
     p1, p2, p3 = momenta(m, pose.dphi, rate, pose.dbeta, c)
     return 0.5 * (p1 * pose.dphi + p2 * rate + c.reaction * p3 * pose.dbeta)
@@ -233,5 +234,5 @@ def potential_energy(pose, chain, c):
 
 @small
 def energy(pose, chain, c):
-    """Mechanical energy of the walker whose ankle, or whose knee, is free, J."""
+    """Mechanical energy of the walker, J."""
     return kinetic_energy(pose, chain, c) + potential_energy(pose, chain, c)
