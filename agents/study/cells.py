@@ -13,11 +13,12 @@ from agents.study.budgets import Budget
 from powered_walker_env import ENVIRONMENTS
 
 LIGHT, ROUGH = "light", "rough"
+OPEN_LOOP, OPTIMAL = "open-loop", "optimal"  # what counts 0, and what counts 1
 LEVELS = (LIGHT, ROUGH)  # light is what the ids register
 #: Without training, by the names that `load_controller` knows, from the least to the most.
 CONTROLLERS = (
-    "open-loop", "tuned-open-loop", "one-number", "lqr", "deadbeat", "look-ahead-1",
-    "look-ahead-2", "look-ahead-3", "optimal",
+    OPEN_LOOP, "tuned-open-loop", "one-number", "lqr", "deadbeat", "look-ahead-1",
+    "look-ahead-2", "look-ahead-3", OPTIMAL,
 )  # fmt: skip
 DEFAULT = "ppo-default"  # PPO as SB3 has it
 OFF_POLICY = ("sac", "tqc", "crossq")
@@ -88,10 +89,6 @@ LEFT_OUT = (
         OFF_POLICY, EVERYWHERE, (ROUGH,),
         "an off-policy training takes minutes of a core, and five of three learners on four "
         "walkers more than the two hours; at this level PPO stands for the learners",
-    ),
-    LeftOut(
-        OFF_POLICY, ("PoweredWalkerAsPublished-v0",), (LIGHT,),
-        "the same; of the thesis's two walkers the one with conserving physics was kept",
     ),
     LeftOut(
         ("apg",), EVERYWHERE, (ROUGH,),

@@ -15,8 +15,9 @@ Scripts that use the package as any user would. From the root of the repository,
 `pip install -e ".[train,render]"`:
 
 - `python -m agents.quickstart` trains, compares and draws, in a minute;
-- `python -m agents.study` makes every number of the control study, in at most two hours on two cores,
-  and goes on where it was stopped (`--small` tries the same code in half a minute; `docs/benchmark.md`);
+- `python -m agents.study` makes every number of the control study on two cores, in two hours at
+  most, and goes on where it was stopped (`--small` tries the same code in half a minute;
+  `docs/benchmark.md`);
 - the others say what they do with `--help`.
 
 `policies/` holds trained policies: numpy's `.npz` in single precision, with their settings and
@@ -26,13 +27,13 @@ scores inside. Nothing in them runs when they are loaded; SB3's own `.zip` are p
 python -m agents.evaluate open-loop lqr agents/policies/FILE.npz --env ID
 ```
 
-`powered_walker_env.controllers.sb3_models.sb3_model` puts one into a model of Stable-Baselines3, to
-go on with.
+`powered_walker_env.controllers.sb3_models.sb3_model(network, env)` makes a model of
+Stable-Baselines3 of one, to go on with.
 
 ## The command of every row
 
-One cell of the study each. A training leaves its policy in `runs/NAME/`, which `agents.evaluate` takes as a
-controller; learners have the seeds 0 to 4, of which 0 is shown.
+One cell of the study each. A training leaves its policy in `runs/NAME/`, which `agents.evaluate`
+takes as a controller; learners have the seeds 0 to 4, of which 0 is shown.
 
 """
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.study.loops import landing_plane
 from agents.study.subject import Subject
 from powered_walker_env.controllers import LQR, Controller, Network, OpenLoop, Optimal
 
@@ -56,17 +57,19 @@ def flops(controller: Controller) -> int | None:
 
 
 def decided(subject: Subject) -> dict[str, Any]:
-    """Actions over a slice of what is met: stance angle and rate, the legs apart as at the gait.
+    """Actions over a slice of what is met: stance angle and rate, on the plane of landings.
 
     Returns:
-        `axis`: (n,) both coordinates, as observations; `actions`: (k, n, n), the rate first.
+        `numbers`: (k,) what is decided; `axis`: (n,) both coordinates, as observations;
+        `actions`: (k, n, n), the rate first.
     """
     axis = np.linspace(-REACH, REACH, subject.budget.slice_points)
     angle, rate = np.meshgrid(axis, axis)
     seen = np.zeros((angle.size, 4))
     scale = subject.task.scale
     seen[:, 0], seen[:, 2] = angle.ravel(), rate.ravel()
-    seen[:, 1] = -seen[:, 0] * scale[0] / scale[1]  # α + s is the gait's
+    seen[:, 1] = (seen * scale) @ landing_plane(subject.nominal) / scale[1]
     actions = np.asarray(subject.controller.predict(seen, deterministic=True)[0], np.float64)
     kept = np.clip(actions, -1.0, 1.0).T.reshape(-1, *angle.shape)
-    return {"axis": axis.round(6).tolist(), "actions": kept.round(4).tolist()}
+    numbers = [name.replace("_", " ") for name in subject.task.scheme.numbers]
+    return {"numbers": numbers, "axis": axis.round(6).tolist(), "actions": kept.round(4).tolist()}

@@ -10,9 +10,9 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from agents.study.cells import CONTROLLERS, LEARNERS, LIGHT
+from agents.study.cells import CONTROLLERS, LEARNERS, LIGHT, OPEN_LOOP, OPTIMAL
 from agents.study.records import DONE, Record
-from agents.study.summary import OPTIMAL, grouped, median_of
+from agents.study.summary import grouped, median_of
 from powered_walker_env.pictures.charts import Drawing, save_drawing
 from powered_walker_env.pictures.charts.sheet import GREY, INK, WIDTH, sheet, styled
 
@@ -84,7 +84,7 @@ def learning(groups: Groups, env_id: str) -> Drawing | None:
         middle = np.median([curve["strides"][:least] for curve in curves], axis=0)
         axes.plot(np.maximum(steps, 10), middle, label=name, **look)
         tables[name] = {"strides_trained": steps, "strides": middle}
-    for name in ("open-loop", "lqr", OPTIMAL):
+    for name in (OPEN_LOOP, "lqr", OPTIMAL):
         if name in groups:
             value = float(np.mean(groups[name][0].get("episodes", "strides")))
             axes.axhline(value, color=INK if name == OPTIMAL else GREY,
@@ -131,7 +131,7 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
     tables = {}
     for name, values in found.items():
         look = _look(name)
-        axes.scatter(*values.T, s=22, label=name, color=look["color"], marker=look["marker"],
+        axes.scatter(values[:, 0], values[:, 1], s=22, label=name, color=look["color"], marker=look["marker"],
                      alpha=0.7, linewidths=0)  # fmt: skip
         tables[name] = {"real": values[:, 0], "imaginary": values[:, 1]}
     reach = SPREAD * max(1.0, *(float(np.abs(values).max()) for values in found.values()))
@@ -164,7 +164,7 @@ def actions(groups: Groups, env_id: str) -> Drawing | None:
         panels[0, k].set_title(name)
         panels[-1, k].set_xlabel("stance angle")
     for j in range(kinds):
-        panels[j, 0].set_ylabel(f"action {j} over\nstance rate")
+        panels[j, 0].set_ylabel(f"{some.get('decided', 'numbers')[j]}:\nstance rate")
     figure.colorbar(image, ax=panels, label="action")
     figure.suptitle(f"{env_id}: deviations from the gait, as observed", fontsize=9.5)
     return Drawing(figure, columns)

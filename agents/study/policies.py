@@ -6,12 +6,14 @@ evaluated as saved; what they scored stands in the file, and a test holds them t
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from agents.runs import write_json
 from agents.study.cells import LIGHT
 from agents.study.records import DONE, RUNS, Record
 from agents.study.summary import grouped
@@ -27,8 +29,7 @@ from powered_walker_env.controllers.loading import POLICY
 
 FOLDER = Path(__file__).parents[1] / "policies"
 MOST = 1_000_000  # bytes of all files together
-#: The files that come with the repository; `python -m agents.study --publish` says what to add.
-SHIPPED: tuple[str, ...] = ()
+DECLARED = "policies.json"  # in the folder: the names of the files that are there
 
 
 def median_seed(group: Sequence[Record]) -> Record:
@@ -49,7 +50,7 @@ def export(records: Sequence[Record], study: Path, folder: Path, episodes: int) 
         ValueError: files larger than all together may be.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    written: list[Path] = []
     for (env_id, level, learner), group in grouped(records).items():
         done = [record for record in group if record.status == DONE and record.training]
         if level != LIGHT or not done:
@@ -72,7 +73,14 @@ def export(records: Sequence[Record], study: Path, folder: Path, episodes: int) 
             f"policies must be smaller than {MOST:,} bytes in all, got {size:,}; take smaller "
             "networks in configs/"
         )
+    write_json(folder / DECLARED, sorted(path.name for path in written))
     return written
+
+
+def shipped(folder: Path = FOLDER) -> list[str]:
+    """The names of the policies that are declared to be there."""
+    found: list[str] = json.loads((folder / DECLARED).read_text(encoding="utf-8"))
+    return found
 
 
 def _about(record: Record, network: Network, found: Evaluation) -> dict[str, Any]:

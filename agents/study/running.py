@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import time
 import traceback
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +16,18 @@ from agents.runs import provenance
 from agents.study.budgets import Budget
 from agents.study.cells import Cell
 from agents.study.measures import measured
-from agents.study.records import DONE, FAILED, REFUSED, RUNS, Record, is_done, open_study, save_record
+from agents.study.records import (
+    DONE,
+    FAILED,
+    REFUSED,
+    RUNS,
+    Record,
+    is_done,
+    open_study,
+    save_record,
+)
 from agents.study.subject import Subject
-from agents.study.training import Training, trained
+from agents.study.training import Training, own_pickles, trained
 from powered_walker_env.controllers import load_controller
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.poincare import run_pieces
@@ -78,8 +86,7 @@ def run_cell(cell: Cell, plan: Plan) -> End:
     """One cell: trained, measured, kept. Its own faults are kept, too, and stop no other."""
     if time.time() >= plan.deadline:
         return End(cell.name, LATER, "")
-    with at_most(1), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a model of our own that is a pickle
+    with at_most(1), own_pickles():
         record = _record(cell, plan)
     save_record(plan.out, record)
     return End(cell.name, record.status, record.reason)

@@ -6,11 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from agents.study.budgets import Budget
 from agents.study.cells import Cell
 from powered_walker_env.controllers import Controller, TaskPolicy, policy_of
 from powered_walker_env.envs.task import Task
-from powered_walker_env.poincare import Gait, find_gait
+from powered_walker_env.poincare import Gait, GaitNotFoundError, StrideMap, find_gait
+
+SETTLED = 200  # strides walked without a push
+PERIODS = (1, 2, 4)  # strides of a gait that is looked for where it has settled
 
 
 @dataclass(frozen=True)
@@ -34,12 +39,22 @@ class Subject:
 
     @cached_property
     def gait(self) -> Gait:
-        """Of the closed loop, undisturbed: the one near the gait that the task is about.
+        """Of the closed loop, undisturbed: where it settles, else near the task's own gait.
 
         Raises:
-            GaitNotFoundError: there is none of one stride there.
+            GaitNotFoundError: there is none of so few strides there.
         """
-        return find_gait(self.task.params, self.policy, self.task.gait[0].tolist())
+        params, start = self.task.params, self.task.gait[0]
+        settled = StrideMap(params, self.policy)(start[np.newaxis], SETTLED)[0]
+        tries = [(start, 1)]
+        if np.isfinite(settled).all():
+            tries = [*((settled, period) for period in PERIODS), *tries]
+        for guess, period in tries:
+            try:
+                return find_gait(params, self.policy, guess.tolist(), period=period)
+            except GaitNotFoundError as error:
+                reason = error
+        raise reason
 
     @cached_property
     def nominal(self) -> Gait:

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from agents.study.cells import OPEN_LOOP, OPTIMAL
 from agents.study.intervals import Stratum, interquartile_mean
 from agents.study.records import DONE, REFUSED, Record
 from powered_walker_env.controllers import Estimate
 
-OPEN_LOOP, OPTIMAL = "open-loop", "optimal"
 #: Values of single runs that a row has the median of: (measure, name) by the row's name.
 MEDIANS = {
     "survived": ("episodes", "survived"),
@@ -117,9 +117,7 @@ def median_of(group: Sequence[Record], measure: str, name: str) -> tuple[float |
     return (float(np.median(known)), len(known)) if known else (None, 0)
 
 
-def _row(
-    key: Key, group: list[Record], groups: dict[Key, list[Record]], resamples: int
-) -> Row:
+def _row(key: Key, group: list[Record], groups: dict[Key, list[Record]], resamples: int) -> Row:
     done = _done(group)
     refused = {
         name: values["refused"]

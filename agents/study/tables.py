@@ -61,15 +61,18 @@ def tables(rows: Sequence[Row], every: dict[str, dict[str, dict[str, Any]]]) -> 
                          for row in some]  # fmt: skip
                 found.append(Table(f"{title}: {env_id}, {level}", header, lines))
     found.append(_left_out())
-    refused = [
-        (row.env_id, row.level, row.controller, name or "all", words)
-        for row in rows
-        for name, words in row.refused.items()
-    ]
-    if refused:
-        header = ("environment", "level", "controller", "measure", "in its words")
-        found.append(Table("Refused", header, refused))
-    return found
+    return [*found, *_refused(rows)]
+
+
+def _refused(rows: Sequence[Row]) -> list[Table]:
+    """What was refused, cells with the same words together."""
+    where: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        for name, words in row.refused.items():
+            place = f"{row.controller} ({row.env_id}, {row.level})"
+            where.setdefault((name or "all", words), []).append(place)
+    lines = [(name, ", ".join(places), words) for (name, words), places in where.items()]
+    return [Table("Refused", ("measure", "of", "in its words"), lines)] if lines else []
 
 
 def _over_all(level: str, values: dict[str, dict[str, Any]]) -> Table:
@@ -77,8 +80,8 @@ def _over_all(level: str, values: dict[str, dict[str, Any]]) -> Table:
     for name, each in values.items():
         lines.append([name, _share(each.get("strides")), _number(each.get("score"), 3)])
     known = next(iter(values.values()))["environments"]
-    header = ("controller", f"strides, % of the limit, {len(known['strides'])} environments",
-              f"score, {len(known['score'])} environments")  # fmt: skip
+    header = ("controller", f"strides, % of the limit (environments: {len(known['strides'])})",
+              f"score ({len(known['score'])})")  # fmt: skip
     return Table(f"Over all environments, {level}", header, lines)
 
 

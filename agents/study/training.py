@@ -6,9 +6,12 @@ bit for bit; by gradients, which keep none, and one whose settings have changed,
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import time
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,6 +44,14 @@ class Training:
                 "curve": self.curve}  # fmt: skip
 
 
+@contextlib.contextmanager
+def own_pickles() -> Iterator[None]:
+    """Say nothing of pickles: those of a study are its own."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".* is a pickle of Stable-Baselines3")
+        yield
+
+
 def trained(cell: Cell, budget: Budget, runs: Path) -> Training:
     """Train a cell, or go on training it, or find it trained.
 
@@ -55,11 +66,12 @@ def trained(cell: Cell, budget: Budget, runs: Path) -> Training:
     settings = settings_of(cell, budget)
     if not done.is_file():
         began = time.process_time()
-        strides, resumed = (
-            _by_gradients(settings, folder)
-            if isinstance(settings, learner.Settings)
-            else _by_sb3(settings, folder)
-        )
+        with own_pickles():
+            strides, resumed = (
+                _by_gradients(settings, folder)
+                if isinstance(settings, learner.Settings)
+                else _by_sb3(settings, folder)
+            )
         seconds = time.process_time() - began
         write_json(done, {"strides": strides, "seconds": seconds, "resumed": resumed})
     return Training(folder, curve=_curve(folder), **json.loads(done.read_text(encoding="utf-8")))
@@ -89,9 +101,7 @@ def _by_sb3(settings: Settings, folder: Path) -> tuple[int, bool]:
     """Strides, and whether it went on from a checkpoint."""
     resume = (folder / CHECKPOINT).is_file()
     try:
-        done = train_module.train(
-            settings, folder, resume=resume, overwrite=not resume, quiet=True
-        )
+        done = train_module.train(settings, folder, resume=resume, overwrite=not resume, quiet=True)
     except ValueError:
         if not resume:
             raise

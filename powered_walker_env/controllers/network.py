@@ -101,9 +101,7 @@ def _lead_from(width: int, layers: Sequence[tuple[Array, Array]]) -> bool:
     return len(layers) > 0
 
 
-def save_network(
-    network: Network, path: str | os.PathLike[str], *, single: bool = False
-) -> None:
+def save_network(network: Network, path: str | os.PathLike[str], *, single: bool = False) -> None:
     """Write a network, complete or not at all.
 
     Args:

@@ -14,7 +14,6 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from powered_walker_env.controllers.network import CLIP, TANH, Network
-from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
 #: By the names of rl-baselines3-zoo: the class, and how its actor brings actions into range.
 KINDS = {
@@ -26,28 +25,19 @@ KINDS = {
 }
 
 
-def sb3_model(
-    network: Network,
-    algo: str | None = None,
-    env_id: str | None = None,
-    *,
-    n_envs: int = 1,
-    seed: int = 0,
-    **kwargs: Any,
-) -> BaseAlgorithm:
+def sb3_model(network: Network, env: Any, algo: str | None = None, **kwargs: Any) -> BaseAlgorithm:
     """A model whose deterministic actions are the network's.
 
     Args:
-        network: of equally wide or other layers, with one activation (`load_network`).
+        network: as `load_network` gives it.
+        env: that it will go on in: an environment of this package, or a `PoweredWalkerVecEnv`.
         algo: one of `KINDS`; left out, as the network's settings say.
-        env_id: of the environment that it will go on in; left out, the settings' own.
-        n_envs: walkers of it.
-        seed: of what is new.
-        **kwargs: of the algorithm's constructor; `policy_kwargs` but the actor's are kept.
+        **kwargs: of the algorithm's constructor, `seed` say; of `policy_kwargs` those of the
+            actor's layers are the network's.
 
     Raises:
         ValueError: an unknown algorithm, one that brings actions into range otherwise than
-            the network does, or no environment.
+            the network does, or an environment of another task.
     """
     name = str(network.settings.get("algo", "")).lower() if algo is None else algo
     if name not in KINDS:
@@ -58,18 +48,20 @@ def sb3_model(
             f"algo must squash its actions by {network.squash!r} as the network does, got "
             f"{name!r}, which does by {squash!r}"
         )
-    place = network.settings.get("env_id") if env_id is None else env_id
-    if not place:
-        raise ValueError("env_id must be given for a network whose settings have none")
+    shapes = env.observation_space.shape, env.action_space.shape
+    if shapes != ((4,), (network.actions,)):
+        raise ValueError(
+            f"env must have observations and actions of shape (4,) and ({network.actions},), as "
+            f"the network, got {shapes[0]} and {shapes[1]}"
+        )
     module, _, kind = where.rpartition(".")
     widths = [len(biases) for _, biases in network.layers[:-1]]
     policy_kwargs = dict(kwargs.pop("policy_kwargs", {})) | {
         "net_arch": {"pi": widths, "vf" if squash == CLIP else "qf": widths},
         "activation_fn": getattr(torch.nn, network.activation),
     }
-    env = PoweredWalkerVecEnv(str(place), n_envs)
     made: BaseAlgorithm = getattr(importlib.import_module(module), kind)(
-        "MlpPolicy", env, policy_kwargs=policy_kwargs, seed=seed, device="cpu", **kwargs
+        "MlpPolicy", env, policy_kwargs=policy_kwargs, **{"device": "cpu", **kwargs}
     )
     _put(made.policy, network)
     return made
