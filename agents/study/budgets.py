@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from powered_walker_env import ENVIRONMENTS
@@ -14,12 +14,7 @@ class Budget:
     """Sizes; results of different ones are not put side by side."""
 
     env_ids: tuple[str, ...] = tuple(ENVIRONMENTS)
-    #: Names of controllers and learners; every one of `cells` if left out.
-    controllers: tuple[str, ...] = (
-        "open-loop", "tuned-open-loop", "one-number", "lqr", "deadbeat", "look-ahead-1",
-        "look-ahead-2", "look-ahead-3", "optimal", "ppo", "apg", "ppo-default", "sac", "tqc",
-        "crossq",
-    )  # fmt: skip
+    controllers: tuple[str, ...] | None = None  # names, learners' too; None: all
     seeds: int = 5  # of each learner
     episodes: int = 1000  # of the evaluation
     sweep_episodes: int = 200  # at each size of the pushes
@@ -33,14 +28,25 @@ class Budget:
     #: Strides of a training in place of its configuration's, by learner.
     strides: Mapping[str, int] = field(default_factory=dict)
     training_episodes: int = 50  # of an evaluation of a training
+    #: Walks, starts, pushes and decisions are fewer by these factors for controllers that walk
+    #: the map to decide; episodes are not. They would take minutes else.
+    slow: Mapping[str, int] = field(
+        default_factory=lambda: {"look-ahead-1": 8, "look-ahead-2": 16, "look-ahead-3": 25}
+    )
+
+    def of(self, controller: str) -> Budget:
+        """The sizes for a controller."""
+        factor = self.slow.get(controller, 1)
+        fewer = {name: max(1, getattr(self, name) // factor) for name in _FEWER}
+        return replace(self, **fewer) if factor > 1 else self
 
     def plain(self) -> dict[str, Any]:
-        """As JSON has it."""
-        listed = {
-            name: list(value) if isinstance(value, tuple) else value
-            for name, value in asdict(self).items()
-        }
-        return listed | {"strides": dict(self.strides)}
+        """The sizes as JSON has them; further environments, controllers and seeds may join."""
+        return {name: value for name, value in asdict(self).items() if name not in _MORE}
+
+
+_FEWER = ("sweep_episodes", "walks", "starts", "decisions")
+_MORE = ("env_ids", "controllers", "seeds")
 
 
 FULL = Budget()

@@ -17,8 +17,8 @@ OPEN_LOOP, OPTIMAL = "open-loop", "optimal"  # what counts 0, and what counts 1
 LEVELS = (LIGHT, ROUGH)  # light is what the ids register
 #: Without training, by the names that `load_controller` knows, from the least to the most.
 CONTROLLERS = (
-    OPEN_LOOP, "tuned-open-loop", "one-number", "lqr", "deadbeat", "look-ahead-1",
-    "look-ahead-2", "look-ahead-3", OPTIMAL,
+    OPEN_LOOP, "tuned-open-loop", "trial-open-loop", "one-number", "numbers-1", "numbers-2",
+    "numbers-3", "lqr", "deadbeat", "look-ahead-1", "look-ahead-2", "look-ahead-3", OPTIMAL,
 )  # fmt: skip
 DEFAULT = "ppo-default"  # PPO as SB3 has it
 OFF_POLICY = ("sac", "tqc", "crossq")
@@ -118,7 +118,8 @@ def cells(budget: Budget) -> list[Cell]:
     for controllers, levels in _STAGES:
         for seed in range(budget.seeds):
             for controller in controllers:
-                if controller not in budget.controllers or (seed and controller in CONTROLLERS):
+                left = budget.controllers is not None and controller not in budget.controllers
+                if left or (seed and controller in CONTROLLERS):
                     continue
                 found += [
                     Cell(env_id, level, controller, seed)

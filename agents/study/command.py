@@ -76,7 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             bar.total = total
             bar.update(done - bar.n)
 
-        ends = run_study(some, plan, options.jobs, progress)
+        try:
+            ends = run_study(some, plan, options.jobs, progress)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("stopped; the same command goes on") from None
     records = load_records(out, every)
     print(_told(ends, len(records), len(every), (time.monotonic() - began) / 60.0))
     print(f"tables and figures: {report(records, budget, out)}")

@@ -18,7 +18,7 @@ from powered_walker_env.pictures.charts.sheet import GREY, INK, WIDTH, sheet, st
 
 Groups = dict[str, list[Record]]  # controller to its runs, at one environment
 _EVERY = (*CONTROLLERS, *LEARNERS)
-MARKERS = "osD^v<>phX*P8dH"  # one for each: colours alone do not tell so many apart
+MARKERS = "osD^v<>phX*P8dH"  # with the colour they tell controllers apart
 SPREAD = 1.2  # over the largest multiplier, of the plane that is shown
 
 
@@ -131,8 +131,10 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
     tables = {}
     for name, values in found.items():
         look = _look(name)
-        axes.scatter(values[:, 0], values[:, 1], s=22, label=name, color=look["color"], marker=look["marker"],
-                     alpha=0.7, linewidths=0)  # fmt: skip
+        axes.scatter(
+            values[:, 0], values[:, 1], s=22, label=name, color=look["color"],
+            marker=look["marker"], alpha=0.7, linewidths=0,
+        )  # fmt: skip
         tables[name] = {"real": values[:, 0], "imaginary": values[:, 1]}
     reach = SPREAD * max(1.0, *(float(np.abs(values).max()) for values in found.values()))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=env_id,
@@ -215,4 +217,4 @@ def _look(name: str) -> dict[str, Any]:
     """One colour and marker for each, in every figure."""
     place = _EVERY.index(name)
     colour = matplotlib.colormaps["turbo"](0.05 + 0.9 * place / (len(_EVERY) - 1))
-    return {"color": colour, "marker": MARKERS[place], "markersize": 4}
+    return {"color": colour, "marker": MARKERS[place % len(MARKERS)], "markersize": 4}

@@ -108,7 +108,7 @@ def _record(cell: Cell, plan: Plan) -> Record:
     except Exception:
         return Record(cell, FAILED, traceback.format_exc(), training=training, machine=machine)
     try:
-        found = measured(Subject(cell, task, controller, plan.budget))
+        found = measured(Subject(cell, task, controller, plan.budget.of(cell.controller)))
     except Exception:
         return Record(cell, FAILED, traceback.format_exc(), training=training, machine=machine)
     seconds = time.process_time() - began

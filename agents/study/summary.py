@@ -19,6 +19,7 @@ MEDIANS = {
     "survived": ("episodes", "survived"),
     "mean_first_passage": ("passage", "mean"),
     "at_least": ("passage", "low"),
+    "first_passage_by_table": ("table_passage", "mean"),
     "cost_of_transport": ("gait", "cost_of_transport"),
     "electrical_cost": ("gait", "electrical_cost"),
     "spectral_radius": ("gait", "spectral_radius"),

@@ -54,6 +54,13 @@ def test_some_are_chosen_by_parts_of_their_names() -> None:
         chosen(every, ["ppo", "ppq"])
 
 
+def test_slow_controllers_walk_less_but_meet_the_same_episodes() -> None:
+    slow = FULL.of("look-ahead-3")
+    assert slow.walks == FULL.walks // 25 and slow.starts == FULL.starts // 25
+    assert slow.episodes == FULL.episodes and slow.limit == FULL.limit
+    assert FULL.of("lqr") == FULL and set(FULL.slow) <= set(CONTROLLERS)
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
