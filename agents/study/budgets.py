@@ -63,7 +63,7 @@ SMALL = Budget(
     nodes=8,
     decisions=50,
     slice_points=7,
-    resamples=200,
+    resamples=100,
     strides={"ppo": 2048, "apg": 160, "sac": 1152, "ppo-default": 2048, "tqc": 1152,
              "crossq": 1152},
     training_episodes=5,

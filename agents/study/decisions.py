@@ -69,8 +69,9 @@ def _of_table(controller: Optimal) -> int:
 
 
 def _of_look_ahead(controller: Any) -> int:
-    n, k = controller.strides, len(controller.lqr.gain)
-    begin = (1 + 3**k) * n + n - 1
+    n, k = int(controller.strides), len(controller.lqr.gain)
+    plans: int = 1 + 3**k
+    begin = plans * n + n - 1
     return STRIDE * (begin + ITERATIONS * (DERIVATIVES + HALVINGS) * n)
 
 

@@ -68,7 +68,7 @@ def test_the_command_does_a_small_study_and_nothing_twice(
     assert 0.5 < scores["lqr"][0] < 1.0 and scores["ppo"][1] <= scores["ppo"][0]
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "cells").iterdir()}
     capsys.readouterr()
-    main(words)
+    assert run_study(every, Plan(SMALL, tmp_path)) == []
     assert before == {path: path.stat().st_mtime_ns for path in (tmp_path / "cells").iterdir()}
     main([*words, "--list"])
     assert "left" not in capsys.readouterr().out
