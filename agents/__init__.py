@@ -5,6 +5,7 @@
 - `analytic_gradient`: a policy by the exact gradients of the stride map, from few strides;
 - `learning_curves`: a picture of several trainings of one environment;
 - `evaluate`: controllers and saved policies on equal disturbances;
+- `study`: the control study, every number of it by one command;
 - `severity`: how hard the disturbances are;
 - `tune_lqr`: weights for the linear-quadratic regulator, the baseline.
 
@@ -17,7 +18,7 @@ Run them from the root of the repository, as `python -m agents.quickstart --help
 
 import importlib.util
 
-_NEEDED = ("stable_baselines3", "sb3_contrib", "yaml", "rich", "tqdm", "matplotlib")
+_NEEDED = ("stable_baselines3", "sb3_contrib", "yaml", "rich", "tqdm", "matplotlib", "filelock")
 _missing = [name for name in _NEEDED if importlib.util.find_spec(name) is None]
 if _missing:
     raise ImportError(

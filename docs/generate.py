@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import itertools
+import json
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -66,6 +67,7 @@ def everything(generated: Path, reference: Path) -> None:
     write(generated / "presets.md", presets())
     write(generated / "schemes.md", schemes())
     write(generated / "published.md", published())
+    write(generated / "study.md", study(generated.parent / "benchmark"))
     for room, title in ROOMS.items():
         write(reference / f"{room}.md", reference_page(room, title))
     write(generated / "daily.md", daily())
@@ -198,6 +200,21 @@ def published_row(row: Row) -> tuple[str, ...]:
     verdict = row.verdict + (f": {row.differs}" if row.differs else "")
     numbers = (f"`{row.published}`", f"`{row.ours}`", f"{row.difference:.1e}")
     return row.quantity, *numbers, verdict
+
+
+def study(folder: Path) -> str:
+    """Tables and figures of the control study; of one that was not published, how to make it."""
+    source = folder / "study.json"
+    if not source.is_file():
+        return "No results are published with this version: make them with the command above.\n"
+    content = json.loads(source.read_text(encoding="utf-8"))
+    text = ["## Tables\n", f"Intervals: {content['method']}.\n"]
+    text += [f"### {each['title']}\n\n{table(each['header'], each['rows'])}"
+             for each in content["tables"]]  # fmt: skip
+    pictures = sorted(folder.glob("*.png"))
+    text += ["## Figures\n"] if pictures else []
+    text += [f"![{path.stem.replace('-', ', ')}](benchmark/{path.name})\n" for path in pictures]
+    return "\n".join(text)
 
 
 def public_names(room: str) -> list[str]:

@@ -101,13 +101,18 @@ def _lead_from(width: int, layers: Sequence[tuple[Array, Array]]) -> bool:
     return len(layers) > 0
 
 
-def save_network(network: Network, path: str | os.PathLike[str]) -> None:
-    """Write a network, complete or not at all."""
+def save_network(network: Network, path: str | os.PathLike[str], *, single: bool = False) -> None:
+    """Write a network, complete or not at all.
+
+    Args:
+        single: in single precision, half the size: nothing is lost of what was trained so.
+    """
+    kind = np.float32 if single else np.float64
     about = {"activation": network.activation, "squash": network.squash}
     text = json.dumps({**about, "settings": dict(network.settings)}, allow_nan=False)
     arrays: dict[str, Any] = {"network": np.array(text)}
     for k, (weights, biases) in enumerate(network.layers):
-        arrays |= {f"weights_{k}": weights, f"biases_{k}": biases}
+        arrays |= {f"weights_{k}": weights.astype(kind), f"biases_{k}": biases.astype(kind)}
     with written_aside(Path(path)) as aside:
         np.savez(aside, **arrays)
 

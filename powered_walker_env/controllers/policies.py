@@ -29,6 +29,9 @@ class TaskPolicy:
     task: Task
     controller: Controller
 
+    def __repr__(self) -> str:
+        return f"TaskPolicy({self.scheme}, {type(self.controller).__name__})"
+
     @property
     def scheme(self) -> str:
         """What its numbers control, by name."""

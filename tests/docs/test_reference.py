@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -57,3 +58,16 @@ def test_fields_are_explained_by_their_comments(beside: Any) -> None:
     assert fields["control_jacobian"].endswith("by what is added to them)")  # on the next line
     walker = dict(beside("docstrings").commented_fields(WalkerParams))
     assert list(walker) == ["physics", "knee"]  # of its numbers the docstring itself tells
+
+
+def test_the_page_of_the_study_is_made_of_what_was_published(beside: Any, tmp_path: Path) -> None:
+    study = beside("generate").study
+    assert "No results are published" in study(tmp_path)
+    rows = [["lqr", "80.1 [79, 81]"], ["ppo", "98"]]
+    tables = [{"title": "How long", "header": ["controller", "strides"], "rows": rows}]
+    content = {"method": "by bootstrap", "tables": tables}
+    (tmp_path / "study.json").write_text(json.dumps(content), encoding="utf-8")
+    (tmp_path / "survival-kneed.png").write_bytes(b"")
+    text = study(tmp_path)
+    assert "### How long" in text and "| lqr | 80.1 [79, 81] |" in text
+    assert "![survival, kneed](benchmark/survival-kneed.png)" in text

@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -68,11 +68,14 @@ class Drawing:
             return file.getvalue()
 
 
-def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
+D = TypeVar("D", Drawing, Drawing | None)  # None: there is nothing to draw
+
+
+def styled(draw: Callable[P, D]) -> Callable[P, D]:
     """Draw in the style of the package and leave matplotlib's settings as they were."""
 
     @functools.wraps(draw)
-    def drawn(*arguments: P.args, **named: P.kwargs) -> Drawing:
+    def drawn(*arguments: P.args, **named: P.kwargs) -> D:
         with _own_style():
             return draw(*arguments, **named)
 
