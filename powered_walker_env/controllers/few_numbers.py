@@ -60,10 +60,12 @@ class QuadraticCost:
         gradient = 2.0 * (H @ gain - self.linear.B.T @ P @ self.linear.A) @ S
         return float(np.sum(P * self.linear.pushes)), gradient
 
-    def curvature(self, gain: Array) -> Array:
-        """(k, 4) second derivatives, as if P and Σ did not change: the scale of the gain."""
+    def curvature(self, gain: Array, mask: NDArray[np.bool_]) -> Array:
+        """(m, m) second derivatives by the gains in a mask, as if P and Σ did not change."""
         _, S, H = self._solved(gain)
-        return 2.0 * np.outer(np.diag(H), np.diag(S))
+        chosen = mask.ravel()
+        found: Array = 2.0 * np.kron(H, S)[np.ix_(chosen, chosen)]
+        return found
 
     def _solved(self, gain: Array) -> tuple[Array, Array, Array]:
         loop = self.linear.closed(gain)
@@ -164,21 +166,22 @@ def _settled(judge: QuadraticCost, gain: Array, mask: NDArray[np.bool_]) -> Arra
 
 
 def _descended(judge: QuadraticCost, gain: Array, mask: NDArray[np.bool_]) -> Array:
-    """Where a quasi-Newton search ends, its variables scaled to a curvature of 1 at the start."""
-    curvature = judge.curvature(gain)[mask]
-    unit = 1.0 / np.sqrt(np.maximum(curvature, SMALLEST * max(curvature.max(), 1e-300)))
+    """Where a quasi-Newton search ends, in variables whose curvature is 1 at the start."""
+    values, vectors = np.linalg.eigh(judge.curvature(gain, mask))
+    unit = vectors / np.sqrt(np.maximum(values, SMALLEST * max(float(values[-1]), 1e-300)))
+    start = gain[mask]
 
     def unpacked(z: Array) -> Array:
         trial = np.zeros_like(gain)
-        trial[mask] = z * unit
+        trial[mask] = start + unit @ z
         return trial
 
     def function(z: Array) -> tuple[float, Array]:
         cost, gradient = judge.with_gradient(unpacked(z))
-        return (cost if math.isfinite(cost) else 1e300), gradient[mask] * unit
+        return (cost if math.isfinite(cost) else 1e300), unit.T @ gradient[mask]
 
     found = scipy.optimize.minimize(
-        function, gain[mask] / unit, jac=True, method="BFGS", options={"gtol": 1e-12}
+        function, np.zeros(len(start)), jac=True, method="BFGS", options={"gtol": 1e-12}
     )
     reached = unpacked(found.x)
     return reached if judge(reached) < judge(gain) else gain
