@@ -64,8 +64,7 @@ class QuadraticCost:
         """(m, m) second derivatives by the gains in a mask, as if P and Σ did not change."""
         _, S, H = self._solved(gain)
         chosen = mask.ravel()
-        found: Array = 2.0 * np.kron(H, S)[np.ix_(chosen, chosen)]
-        return found
+        return np.asarray(2.0 * np.kron(H, S)[np.ix_(chosen, chosen)], np.float64)
 
     def _solved(self, gain: Array) -> tuple[Array, Array, Array]:
         loop = self.linear.closed(gain)

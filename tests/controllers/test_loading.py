@@ -58,7 +58,8 @@ def test_the_baselines_have_names() -> None:
 
 @pytest.mark.parametrize("name", [name for name in NAMED if name != "optimal"])
 def test_every_name_is_a_controller_of_any_task(name: str) -> None:
-    for task in (TASK, ONE_NUMBER):
+    slow = name.startswith(("numbers", "one", "trial", "tuned"))  # two actions: in their own tests
+    for task in (ONE_NUMBER,) if slow else (TASK, ONE_NUMBER):
         label, controller = load_controller(name, task)
         assert label == NAMED[name][0]
         actions, memory = controller.predict(np.zeros((3, 4), np.float32), deterministic=True)
