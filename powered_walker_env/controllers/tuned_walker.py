@@ -44,7 +44,8 @@ def tune_walker(
 ) -> TunedWalker:  # fmt: skip
     """The walker that feels pushes least: geometry and constant control chosen together.
 
-    A local search from the tuned control, within the action bounds and the bounds of the fields.
+    A local search from the tuned control, within the action bounds, the bounds of the fields and
+    their domains.
 
     Args:
         task: of the environment; its action bounds hold.
