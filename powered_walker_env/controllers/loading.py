@@ -4,23 +4,48 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from powered_walker_env.controllers.controller import Controller, OpenLoop, as_controller
+from powered_walker_env.controllers.deadbeat import Deadbeat
+from powered_walker_env.controllers.few_numbers import FewNumbers
+from powered_walker_env.controllers.look_ahead import LookAhead
 from powered_walker_env.controllers.lqr import LQR
 from powered_walker_env.controllers.network import load_network
+from powered_walker_env.controllers.one_number import OneNumber
 from powered_walker_env.controllers.optimal import Optimal
 from powered_walker_env.controllers.scores import OPEN_LOOP_NAME, OPTIMUM_NAME
+from powered_walker_env.controllers.tuned_open_loop import TunedOpenLoop
 from powered_walker_env.envs.paths import imported
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum
 from powered_walker_env.results import holds_result, load_result
 
-OPEN_LOOP, LQR_NAME, OPTIMAL = "open-loop", "lqr", "optimal"
+OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
+#: Controllers by name: the label in tables, and how to make one for a task.
+NAMED: dict[str, tuple[str, Callable[[Task], Controller]]] = {
+    OPEN_LOOP: (OPEN_LOOP_NAME, lambda task: OpenLoop(len(task.nominal))),
+    LQR_NAME: ("LQR", LQR),
+    "tuned-open-loop": ("tuned open loop", TunedOpenLoop),
+    "trial-open-loop": ("open loop by trials", lambda task: TunedOpenLoop(task, "strides")),
+    "one-number": ("one number", OneNumber),
+    **{
+        f"numbers-{count}": (f"{count} numbers", partial(FewNumbers, count=count))
+        for count in (1, 2, 3, 4)
+    },
+    "deadbeat": ("deadbeat", Deadbeat),
+    **{
+        f"look-ahead-{strides}": (f"look-ahead {strides}", partial(LookAhead, strides=strides))
+        for strides in (1, 2, 3)
+    },
+    "optimal": (OPTIMUM_NAME, Optimal),
+}
 POLICY, BEST_MODEL = "policy.npz", "best_model.zip"  # in the folder of a training
 KINDS = (
-    f"{OPEN_LOOP!r}, {LQR_NAME!r}, {OPTIMAL!r}, a policy or an optimum (.npz), a model of "
+    f"{', '.join(map(repr, NAMED))}, a policy or an optimum (.npz), a model of "
     "Stable-Baselines3 (.zip), the folder of a training, or module:function"
 )
 
@@ -30,7 +55,7 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
 
     Args:
         source: a controller; a function from (N, 4) observations to (N, k) actions; or, as a
-            text or path: "open-loop", "lqr", "optimal" (where the optimum comes with the
+            text or path: a name in `NAMED` ("optimal" where the optimum comes with the
             package), a policy or an optimum (.npz), a model of Stable-Baselines3
             (.zip, a pickle: a warning says so), the folder of a training, or
             "module:function", which is imported.
@@ -44,12 +69,9 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
     if not isinstance(source, str | Path):
         controller = as_controller(source)
         return str(getattr(source, "__name__", type(source).__name__)), controller
-    if source == OPEN_LOOP:
-        return OPEN_LOOP_NAME, OpenLoop(len(task.nominal))
-    if source == OPTIMAL:
-        return OPTIMUM_NAME, Optimal(task)
-    if source == LQR_NAME:
-        return "LQR", LQR(task)
+    if source in NAMED:
+        label, make = NAMED[str(source)]
+        return label, make(task)
     if re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*", str(source)):
         return str(source), _controller_at(str(source))
     return _saved(Path(source), task, env_id)

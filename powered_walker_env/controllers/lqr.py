@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from powered_walker_env.controllers.linear import LinearFeedback, nominal_gait
 from powered_walker_env.envs.task import Task
 from powered_walker_env.model.presets import PRESETS
 from powered_walker_env.model.state import natural_units
-from powered_walker_env.poincare.gaits import find_gait
 from powered_walker_env.poincare.regulator import Weights, regulate
 from powered_walker_env.simulation.strides import Array
 
@@ -33,7 +33,7 @@ TUNED = {
 UNTUNED = Costs((1.0, 0.0, 1.0, 0.0), 0.03)
 
 
-class LQR:
+class LQR(LinearFeedback):
     """Actions −K x that minimise Σ x'Qx + a'Ra over the strides to come, clipped to ±1.
 
     x is the observation (the deviation from the gait over its scale) and a the action (1 is
@@ -52,27 +52,26 @@ class LQR:
     def __init__(
         self, task: Task, state_cost: Weights | None = None, action_cost: Weights | None = None
     ) -> None:
-        if len(task.gait) != 1:
-            raise ValueError(f"LQR needs a gait of one stride, got one of {len(task.gait)} strides")
+        gait = nominal_gait(task, "LQR")
         tuned = tuned_costs(task)
         self.state_cost = tuned.state if state_cost is None else state_cost
         self.action_cost = tuned.action if action_cost is None else action_cost
-        gait = find_gait(task.params, task.control, task.gait[0].tolist())
         cost = np.asarray(self.state_cost, np.float64)
         units = natural_units(task.params) / task.scale
         if cost.shape in ((), (1,), (4,), (4, 4)):  # of others the regulator says what is wrong
             cost = cost * (np.outer(units, units) if cost.ndim == 2 else units**2)
         found = regulate(gait, task.half_range.tolist(), self.action_cost, cost)
-        #: (k, 4): action = −gain · observation.
-        self.gain: Array = -found.gain * task.scale / task.half_range[:, np.newaxis]
+        super().__init__(-found.gain * task.scale / task.half_range[:, np.newaxis])
+        #: (4, 4): the cost of all strides to come is about x'Px.
+        self.P: Array = found.cost * np.outer(task.scale, task.scale)
+        self.Q: Array = _matrix(self.state_cost, 4)  # (4, 4)
+        self.R: Array = _matrix(self.action_cost, len(task.nominal))  # (k, k)
 
-    def predict(self, observation: Any, *_: Any, deterministic: bool = True) -> tuple[Array, None]:
-        """Actions −K x, clipped to their range."""
-        return np.clip(-np.asarray(observation, np.float64) @ self.gain.T, -1.0, 1.0), None
 
-    def derivative(self, observations: Array) -> Array:
-        """(N, k, 4) of the actions before clipping."""
-        return np.broadcast_to(-self.gain, (len(observations), *self.gain.shape))
+def _matrix(weights: Weights, size: int) -> Array:
+    """Weights that are known to be good, as a matrix."""
+    given = np.asarray(weights, np.float64)
+    return given if given.ndim == 2 else np.diag(np.broadcast_to(given, (size,)))
 
 
 def tuned_costs(task: Task) -> Costs:

@@ -15,6 +15,7 @@ import pytest
 from powered_walker_env.controllers import Network, OpenLoop, evaluate, load_controller
 from powered_walker_env.controllers import save_network as save
 from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.loading import NAMED
 from powered_walker_env.envs.task import Task
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
@@ -53,6 +54,20 @@ def test_the_baselines_have_names() -> None:
     assert name == "open loop"
     assert controller.predict(np.ones((3, 4)))[0].shape == (3, 1)
     assert load_controller("lqr", TASK)[0] == "LQR"
+
+
+@pytest.mark.parametrize("name", [name for name in NAMED if name != "optimal"])
+def test_every_name_is_a_controller_of_any_task(name: str) -> None:
+    slow = name.startswith(("numbers", "one", "trial", "tuned"))  # two actions: in their own tests
+    for task in (ONE_NUMBER,) if slow else (TASK, ONE_NUMBER):
+        label, controller = load_controller(name, task)
+        assert label == NAMED[name][0]
+        actions, memory = controller.predict(np.zeros((3, 4), np.float32), deterministic=True)
+        assert memory is None
+        assert actions.shape == (3, len(task.nominal))
+        derivative = getattr(controller, "derivative", None)
+        if derivative is not None:
+            assert derivative(np.zeros((3, 4))).shape == (3, len(task.nominal), 4)
 
 
 def test_the_room_needs_no_learning_library() -> None:
