@@ -33,6 +33,7 @@ ALGORITHMS = {
     "td3": "stable_baselines3.TD3",
     "trpo": "sb3_contrib.TRPO",
     "tqc": "sb3_contrib.TQC",
+    "crossq": "sb3_contrib.CrossQ",
     "ppo_lstm": "sb3_contrib.RecurrentPPO",
 }
 EVALUATIONS = 10  # of a training

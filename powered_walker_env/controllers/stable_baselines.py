@@ -7,6 +7,7 @@ actor out of a model: a `Network`, which also can be saved without any code.
 
 from __future__ import annotations
 
+import copy
 import json
 import pickle
 import warnings
@@ -25,20 +26,24 @@ from stable_baselines3.td3.policies import TD3Policy
 
 from powered_walker_env.controllers.network import ACTIVATIONS, CLIP, TANH, Network
 
+# Of sb3-contrib, by name: it need not be installed.
+_LIKE_SAC, _NORM = ("TQCPolicy", "CrossQPolicy"), "BatchRenorm1d"
+
 
 def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> Network:
     """The deterministic actor of a model of Stable-Baselines3, in double precision.
 
     Args:
         model: PPO, A2C, TRPO (any `ActorCriticPolicy` without squashed actions), SAC, TQC,
-            TD3 or DDPG, or the policy of one, on a `Box` of observations.
+            TD3, DDPG or CrossQ, or the policy of one, on a `Box` of observations. What
+            CrossQ's layers normalise by goes into the weights that follow.
         settings: what to keep with it about its training; JSON-able.
 
     Raises:
         TypeError: another kind of policy, or of network.
     """
     policy = model if isinstance(model, BasePolicy) else model.policy
-    *modules, last = _actor(policy)
+    *modules, last = _without_norms(_actor(policy))
     squash = CLIP
     if isinstance(last, torch.nn.Tanh):
         squash, last = TANH, modules.pop()
@@ -56,6 +61,26 @@ def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> N
     return Network(layers, activation, squash, dict(settings or {}))
 
 
+def _without_norms(modules: list[torch.nn.Module]) -> list[torch.nn.Module]:
+    """Each batch renormalisation, as it acts after training, taken into the layer behind it."""
+    kept: list[torch.nn.Module] = []
+    gain: torch.Tensor | None = None
+    for module in modules:
+        if type(module).__name__ == _NORM:
+            parts: Any = module
+            gain = parts.scale.double() / torch.sqrt(parts.ra_var.double() + parts.eps)
+            shift = parts.bias.double() - gain * parts.ra_mean.double()
+        elif gain is not None and isinstance(module, torch.nn.Linear):
+            layer = copy.deepcopy(module).double()
+            layer.bias.data += layer.weight.data @ shift
+            layer.weight.data *= gain
+            kept.append(layer)
+            gain = None
+        else:
+            kept.append(module)
+    return kept
+
+
 def _numbers(tensor: torch.Tensor) -> np.ndarray:
     return tensor.detach().cpu().numpy().astype(np.float64)
 
@@ -69,7 +94,7 @@ def _actor(policy: Any) -> list[torch.nn.Module]:
         memory = hasattr(policy, "lstm_actor")
     elif isinstance(policy, TD3Policy) and actor is not None:
         features, parts, memory = actor.features_extractor, [actor.mu], False  # squashes itself
-    elif (isinstance(policy, SACPolicy) or kind == "TQCPolicy") and actor is not None:
+    elif (isinstance(policy, SACPolicy) or kind in _LIKE_SAC) and actor is not None:
         features, memory = actor.features_extractor, False
         parts = [actor.latent_pi, actor.mu, torch.nn.Tanh()]
     else:

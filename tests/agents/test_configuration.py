@@ -22,7 +22,7 @@ def write(folder: Path, section: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("algo", ["ppo", "sac"])
+@pytest.mark.parametrize("algo", ["ppo", "sac", "tqc", "crossq"])
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_the_shipped_configurations_cover_every_environment(algo: str, env_id: str) -> None:
     settings = read_settings(algo, f"powered_walker_env:{env_id}")
