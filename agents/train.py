@@ -82,7 +82,7 @@ def train(
             part.unlink(missing_ok=True)
         model, history, draws = load_checkpoint(folder / CHECKPOINT, env, settings)
     else:
-        model = _new_model(settings, env)
+        model = new_model(settings, env, settings.seeds[0])
         create_run(folder, settings, overwrite=overwrite)
     outputs = ["tensorboard"] if importlib.util.find_spec("tensorboard") is not None else []
     model.set_logger(configure(str(folder), outputs))
@@ -112,10 +112,15 @@ def train(
     return supervisor
 
 
-def _new_model(settings: Settings, env: PoweredWalkerVecEnv) -> BaseAlgorithm:
+def new_model(settings: Settings, env: PoweredWalkerVecEnv, seed: int) -> BaseAlgorithm:
+    """An untrained model.
+
+    Raises:
+        ValueError: settings that the algorithm does not take.
+    """
     kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
     try:
-        return load_class(settings.algo)(env=env, seed=settings.seeds[0], device="cpu", **kwargs)
+        return load_class(settings.algo)(env=env, seed=seed, device="cpu", **kwargs)
     except (AssertionError, TypeError, ValueError, KeyError, RuntimeError) as error:
         raise ValueError(f"{settings.algo} does not take these settings: {error}") from error
 
