@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from agents.zoo import python_literal
+from powered_walker_env.controllers.stable_baselines import StrideMetric
 
 if TYPE_CHECKING:
     import optuna
@@ -100,7 +101,9 @@ def literal_text(value: Any) -> str:
         return f"dict({', '.join(f'{key}={literal_text(one)}' for key, one in value.items())})"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(literal_text, value))}]"
-    return f"nn.{value.__name__}" if inspect.isclass(value) else repr(value)
+    if inspect.isclass(value):
+        return value.__name__ if value is StrideMetric else f"nn.{value.__name__}"
+    return repr(value)
 
 
 def _rounded(number: float) -> float:

@@ -41,6 +41,8 @@ from agents.runs import (
 )
 from agents.supervisor import Supervisor
 from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.metric import stride_metric
+from powered_walker_env.controllers.stable_baselines import StrideMetric
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
 # Networks this small gain nothing from a GPU or a second thread, and on shared cores two wait for
@@ -119,6 +121,10 @@ def new_model(settings: Settings, env: PoweredWalkerVecEnv, seed: int) -> BaseAl
         ValueError: settings that the algorithm does not take.
     """
     kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
+    policy = kwargs.get("policy_kwargs") or {}
+    if policy.get("features_extractor_class") is StrideMetric:  # of these walkers
+        matrix = stride_metric(env.envs.task).tolist()
+        policy["features_extractor_kwargs"] = {"matrix": matrix}
     try:
         return load_class(settings.algo)(env=env, seed=seed, device="cpu", **kwargs)
     except (AssertionError, TypeError, ValueError, KeyError, RuntimeError) as error:

@@ -12,7 +12,7 @@ import json
 import pickle
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.save_util import load_from_zip_file
-from stable_baselines3.common.torch_layers import FlattenExtractor
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor, FlattenExtractor
 from stable_baselines3.sac.policies import SACPolicy
 from stable_baselines3.td3.policies import TD3Policy
 
@@ -28,6 +28,26 @@ from powered_walker_env.controllers.network import ACTIVATIONS, CLIP, TANH, Netw
 
 # Of sb3-contrib, by name: it need not be installed.
 _LIKE_SAC, _NORM = ("TQCPolicy", "CrossQPolicy"), "BatchRenorm1d"
+
+
+class StrideMetric(BaseFeaturesExtractor):
+    """Observations times a matrix, before the networks: `features_extractor_class` of a policy.
+
+    The walkers are as they were, and so is who acts in them; what a learner sees is stretched.
+
+    Args:
+        observation_space: of the environment.
+        matrix: (4, 4), as `stride_metric` has it for a task.
+    """
+
+    def __init__(self, observation_space: Any, matrix: Sequence[Sequence[float]]) -> None:
+        super().__init__(observation_space, len(matrix))
+        self.matrix: torch.Tensor
+        self.register_buffer("matrix", torch.tensor(matrix, dtype=torch.float32))
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """The features."""
+        return observations @ self.matrix.T
 
 
 def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> Network:
@@ -43,7 +63,8 @@ def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> N
         TypeError: another kind of policy, or of network.
     """
     policy = model if isinstance(model, BasePolicy) else model.policy
-    *modules, last = _without_norms(_actor(policy))
+    features, modules = _actor(policy)
+    *modules, last = _without_norms(modules)
     squash = CLIP
     if isinstance(last, torch.nn.Tanh):
         squash, last = TANH, modules.pop()
@@ -58,6 +79,8 @@ def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> N
         )
     tensors = [(_numbers(part) for part in module.parameters()) for module in (*hidden, last)]
     layers = [(weights, biases) for weights, biases in tensors]
+    if isinstance(features, StrideMetric):
+        layers[0] = (layers[0][0] @ _numbers(features.matrix), layers[0][1])
     return Network(layers, activation, squash, dict(settings or {}))
 
 
@@ -85,8 +108,8 @@ def _numbers(tensor: torch.Tensor) -> np.ndarray:
     return tensor.detach().cpu().numpy().astype(np.float64)
 
 
-def _actor(policy: Any) -> list[torch.nn.Module]:
-    """The modules of an actor, one after the other, up to the actions before clipping."""
+def _actor(policy: Any) -> tuple[Any, list[torch.nn.Module]]:
+    """What an actor makes of observations, and its modules up to the actions before clipping."""
     actor, kind = getattr(policy, "actor", None), type(policy).__name__
     if isinstance(policy, ActorCriticPolicy) and not policy.squash_output:
         features = getattr(policy, "pi_features_extractor", policy.features_extractor)
@@ -99,13 +122,13 @@ def _actor(policy: Any) -> list[torch.nn.Module]:
         parts = [actor.latent_pi, actor.mu, torch.nn.Tanh()]
     else:
         features, parts, memory = None, [], False
-    if memory or not isinstance(features, FlattenExtractor):
+    if memory or not isinstance(features, FlattenExtractor | StrideMetric):
         raise TypeError(
             "model must have an actor of PPO's, SAC's or TD3's kind on a Box of observations, "
             f"without memory and squashed Gaussians, got {kind}; pass it to policy_of as it is, "
             "in single precision"
         )
-    return [module for part in parts for module in _flat(part)]
+    return features, [module for part in parts for module in _flat(part)]
 
 
 def _flat(module: torch.nn.Module) -> Iterator[torch.nn.Module]:
