@@ -49,7 +49,8 @@ _RESERVED = {
 _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
 _LITERALS = ("policy_kwargs", "replay_buffer_kwargs", "rollout_buffer_kwargs")
 _FRACTIONS = ("gamma", "gae_lambda", "tau")
-_LEAST = {"gradient_steps": -1, "learning_starts": 0}  # of the integers; 1 of the others
+# Of the integers; 1 of the others.
+_LEAST = {"gradient_steps": -1, "learning_starts": 0, "top_quantiles_to_drop_per_net": 0}
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,8 @@ from agents.runs import (
 )
 from agents.supervisor import Supervisor
 from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.metric import stride_metric
+from powered_walker_env.controllers.stable_baselines import StrideMetric
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
 # Networks this small gain nothing from a GPU or a second thread, and on shared cores two wait for
@@ -82,7 +84,7 @@ def train(
             part.unlink(missing_ok=True)
         model, history, draws = load_checkpoint(folder / CHECKPOINT, env, settings)
     else:
-        model = _new_model(settings, env)
+        model = new_model(settings, env, settings.seeds[0])
         create_run(folder, settings, overwrite=overwrite)
     outputs = ["tensorboard"] if importlib.util.find_spec("tensorboard") is not None else []
     model.set_logger(configure(str(folder), outputs))
@@ -112,10 +114,19 @@ def train(
     return supervisor
 
 
-def _new_model(settings: Settings, env: PoweredWalkerVecEnv) -> BaseAlgorithm:
+def new_model(settings: Settings, env: PoweredWalkerVecEnv, seed: int) -> BaseAlgorithm:
+    """An untrained model.
+
+    Raises:
+        ValueError: settings that the algorithm does not take.
+    """
     kwargs = settings.model_kwargs((env.action_space.shape or (0,))[0])
+    policy = kwargs.get("policy_kwargs") or {}
+    if policy.get("features_extractor_class") is StrideMetric:  # of these walkers
+        matrix = stride_metric(env.envs.task).tolist()
+        policy["features_extractor_kwargs"] = {"matrix": matrix}
     try:
-        return load_class(settings.algo)(env=env, seed=settings.seeds[0], device="cpu", **kwargs)
+        return load_class(settings.algo)(env=env, seed=seed, device="cpu", **kwargs)
     except (AssertionError, TypeError, ValueError, KeyError, RuntimeError) as error:
         raise ValueError(f"{settings.algo} does not take these settings: {error}") from error
 

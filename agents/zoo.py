@@ -9,6 +9,8 @@ from typing import Any
 
 import torch
 
+from powered_walker_env.controllers.stable_baselines import StrideMetric
+
 _ACTIVATIONS = ("ReLU", "Tanh", "ELU", "LeakyReLU", "SiLU", "GELU")
 
 
@@ -48,7 +50,7 @@ def python_literal(key: str, text: str) -> dict[str, Any]:
 
 
 def _evaluate(node: ast.expr) -> Any:
-    """The value of a literal, in which `dict(...)` and `nn.NAME` may stand."""
+    """The value of a literal, in which `dict(...)`, `nn.NAME` and `StrideMetric` may stand."""
     match node:
         case ast.Call(func=ast.Name(id="dict"), args=[], keywords=keywords) if all(
             word.arg for word in keywords
@@ -56,6 +58,8 @@ def _evaluate(node: ast.expr) -> Any:
             return {str(word.arg): _evaluate(word.value) for word in keywords}
         case ast.List(elts=elements):
             return [_evaluate(element) for element in elements]
+        case ast.Name(id=StrideMetric.__name__):
+            return StrideMetric
         case ast.Attribute(value=ast.Name(id="nn"), attr=name) if name in _ACTIVATIONS:
             return getattr(torch.nn, name)
     return ast.literal_eval(node)

@@ -7,11 +7,12 @@ actor out of a model: a `Network`, which also can be saved without any code.
 
 from __future__ import annotations
 
+import copy
 import json
 import pickle
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,34 @@ import numpy as np
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.save_util import load_from_zip_file
-from stable_baselines3.common.torch_layers import FlattenExtractor
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor, FlattenExtractor
 from stable_baselines3.sac.policies import SACPolicy
 from stable_baselines3.td3.policies import TD3Policy
 
 from powered_walker_env.controllers.network import ACTIVATIONS, CLIP, TANH, Network
+
+# Of sb3-contrib, by name: it need not be installed.
+_LIKE_SAC, _NORM = ("TQCPolicy", "CrossQPolicy"), "BatchRenorm1d"
+
+
+class StrideMetric(BaseFeaturesExtractor):
+    """Observations times a matrix, before the networks: `features_extractor_class` of a policy.
+
+    The walkers are as they were, and so is who acts in them; what a learner sees is stretched.
+
+    Args:
+        observation_space: of the environment.
+        matrix: (4, 4), as `stride_metric` has it for a task.
+    """
+
+    def __init__(self, observation_space: Any, matrix: Sequence[Sequence[float]]) -> None:
+        super().__init__(observation_space, len(matrix))
+        self.matrix: torch.Tensor
+        self.register_buffer("matrix", torch.tensor(matrix, dtype=torch.float32))
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """The features."""
+        return observations @ self.matrix.T
 
 
 def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> Network:
@@ -31,14 +55,16 @@ def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> N
 
     Args:
         model: PPO, A2C, TRPO (any `ActorCriticPolicy` without squashed actions), SAC, TQC,
-            TD3 or DDPG, or the policy of one, on a `Box` of observations.
+            TD3, DDPG or CrossQ, or the policy of one, on a `Box` of observations. What
+            CrossQ's layers normalise by goes into the weights that follow.
         settings: what to keep with it about its training; JSON-able.
 
     Raises:
         TypeError: another kind of policy, or of network.
     """
     policy = model if isinstance(model, BasePolicy) else model.policy
-    *modules, last = _actor(policy)
+    features, modules = _actor(policy)
+    *modules, last = _without_norms(modules)
     squash = CLIP
     if isinstance(last, torch.nn.Tanh):
         squash, last = TANH, modules.pop()
@@ -53,15 +79,37 @@ def double_precision(model: Any, settings: Mapping[str, Any] | None = None) -> N
         )
     tensors = [(_numbers(part) for part in module.parameters()) for module in (*hidden, last)]
     layers = [(weights, biases) for weights, biases in tensors]
+    if isinstance(features, StrideMetric):
+        layers[0] = (layers[0][0] @ _numbers(features.matrix), layers[0][1])
     return Network(layers, activation, squash, dict(settings or {}))
+
+
+def _without_norms(modules: list[torch.nn.Module]) -> list[torch.nn.Module]:
+    """Each batch renormalisation, as it acts after training, taken into the layer behind it."""
+    kept: list[torch.nn.Module] = []
+    gain: torch.Tensor | None = None
+    for module in modules:
+        if type(module).__name__ == _NORM:
+            parts: Any = module
+            gain = parts.scale.double() / torch.sqrt(parts.ra_var.double() + parts.eps)
+            shift = parts.bias.double() - gain * parts.ra_mean.double()
+        elif gain is not None and isinstance(module, torch.nn.Linear):
+            layer = copy.deepcopy(module).double()
+            layer.bias.data += layer.weight.data @ shift
+            layer.weight.data *= gain
+            kept.append(layer)
+            gain = None
+        else:
+            kept.append(module)
+    return kept
 
 
 def _numbers(tensor: torch.Tensor) -> np.ndarray:
     return tensor.detach().cpu().numpy().astype(np.float64)
 
 
-def _actor(policy: Any) -> list[torch.nn.Module]:
-    """The modules of an actor, one after the other, up to the actions before clipping."""
+def _actor(policy: Any) -> tuple[Any, list[torch.nn.Module]]:
+    """What an actor makes of observations, and its modules up to the actions before clipping."""
     actor, kind = getattr(policy, "actor", None), type(policy).__name__
     if isinstance(policy, ActorCriticPolicy) and not policy.squash_output:
         features = getattr(policy, "pi_features_extractor", policy.features_extractor)
@@ -69,18 +117,18 @@ def _actor(policy: Any) -> list[torch.nn.Module]:
         memory = hasattr(policy, "lstm_actor")
     elif isinstance(policy, TD3Policy) and actor is not None:
         features, parts, memory = actor.features_extractor, [actor.mu], False  # squashes itself
-    elif (isinstance(policy, SACPolicy) or kind == "TQCPolicy") and actor is not None:
+    elif (isinstance(policy, SACPolicy) or kind in _LIKE_SAC) and actor is not None:
         features, memory = actor.features_extractor, False
         parts = [actor.latent_pi, actor.mu, torch.nn.Tanh()]
     else:
         features, parts, memory = None, [], False
-    if memory or not isinstance(features, FlattenExtractor):
+    if memory or not isinstance(features, FlattenExtractor | StrideMetric):
         raise TypeError(
             "model must have an actor of PPO's, SAC's or TD3's kind on a Box of observations, "
             f"without memory and squashed Gaussians, got {kind}; pass it to policy_of as it is, "
             "in single precision"
         )
-    return [module for part in parts for module in _flat(part)]
+    return features, [module for part in parts for module in _flat(part)]
 
 
 def _flat(module: torch.nn.Module) -> Iterator[torch.nn.Module]:

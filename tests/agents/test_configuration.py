@@ -11,6 +11,7 @@ import torch
 from agents.configuration import Settings, read_settings, study_seeds
 from agents.zoo import linear_schedule, python_literal
 from powered_walker_env import ENVIRONMENTS
+from powered_walker_env.controllers.stable_baselines import StrideMetric
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
 
@@ -22,7 +23,7 @@ def write(folder: Path, section: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("algo", ["ppo", "sac"])
+@pytest.mark.parametrize("algo", ["ppo", "sac", "tqc", "crossq"])
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_the_shipped_configurations_cover_every_environment(algo: str, env_id: str) -> None:
     settings = read_settings(algo, f"powered_walker_env:{env_id}")
@@ -163,6 +164,11 @@ def test_schedules() -> None:
     assert linear_schedule("learning_rate", "1e-3")(0.25) == 1e-3  # YAML reads 1e-3 as a text
     with pytest.raises(ValueError, match="got 'lin_'"):
         linear_schedule("learning_rate", "lin_")
+
+
+def test_the_extractor_has_its_name() -> None:
+    read = python_literal("policy_kwargs", "dict(features_extractor_class=StrideMetric)")
+    assert read == {"features_extractor_class": StrideMetric}
 
 
 def test_literals_run_nothing() -> None:

@@ -50,8 +50,12 @@ A2C: dict[str, Any] = {"policy_kwargs": "dict(net_arch=[8])", "n_steps": 4, "n_e
 LSTM: dict[str, Any] = PPO | {"policy_kwargs": "dict(net_arch=[8], lstm_hidden_size=4)"}
 TD3: dict[str, Any] = SAC | {"noise_type": "normal", "noise_std": 0.1}
 SETTINGS = {"ppo": PPO, "sac": SAC, "ppo_lstm": LSTM, "td3": TD3, "tqc": SAC, "trpo": PPO | {}}
+SETTINGS["crossq"] = SAC
 SETTINGS["trpo"].pop("n_epochs")
 SDE: dict[str, Any] = {"use_sde": True}
+METRIC: dict[str, Any] = {
+    "policy_kwargs": "dict(features_extractor_class=StrideMetric, net_arch=[8])"
+}
 
 
 def settings_for(
@@ -143,6 +147,7 @@ def test_trainings_with_seeds_0_and_1_share_no_walkers_stream(
     ("algo", "more"),
     [
         ("ppo", {}), ("sac", {}), ("ppo_lstm", {}), ("td3", {}), ("tqc", {}), ("trpo", {}),
+        ("crossq", {}), ("ppo", METRIC),
         ("ppo", SDE), ("ppo", SDE | {"sde_sample_freq": 3}), ("a2c", SDE),
         ("sac", SDE), ("tqc", SDE), ("ppo_lstm", SDE),
     ],

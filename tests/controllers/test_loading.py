@@ -33,13 +33,35 @@ def model_of(algo: str, **kwargs: Any) -> Any:
     module = pytest.importorskip("stable_baselines3" if algo.isupper() else "sb3_contrib")
     from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
-    if algo in ("SAC", "TD3", "DDPG", "Tqc"):
+    if algo in ("SAC", "TD3", "DDPG", "Tqc", "CrossQ"):
         kwargs["buffer_size"] = 10
     kind = getattr(module, {"Tqc": "TQC", "Trpo": "TRPO", "Lstm": "RecurrentPPO"}.get(algo, algo))
     policy = "MlpLstmPolicy" if algo == "Lstm" else "MlpPolicy"
     size: dict[str, Any] = {"net_arch": [8]}
+    if kwargs.pop("metric", False):
+        size |= a_metric()
     env = PoweredWalkerVecEnv(ROUND_FOOT, 1)
     return kind(policy, env, policy_kwargs=size, seed=1, device="cpu", **kwargs)
+
+
+def a_metric() -> dict[str, Any]:
+    """Policy arguments that stretch what is seen."""
+    from powered_walker_env.controllers.stable_baselines import StrideMetric
+
+    matrix = (np.eye(4) + np.diag([2.0, 0.5, 1.0], 1)).tolist()
+    kwargs = {"matrix": matrix}
+    return {"features_extractor_class": StrideMetric, "features_extractor_kwargs": kwargs}
+
+
+def use_norms(model: Any) -> None:
+    """Give CrossQ's normalisations numbers, as a training does: untrained they change nothing."""
+    torch = pytest.importorskip("torch")
+    generator = torch.Generator().manual_seed(0)
+    norms = [part for part in model.actor.modules() if hasattr(part, "ra_mean")]
+    assert len(norms) == 2  # before the one hidden layer and behind it
+    for norm in norms:
+        for values in (norm.ra_mean, norm.ra_var, norm.scale.data, norm.bias.data):
+            values += torch.rand(values.shape, generator=generator)
 
 
 @pytest.fixture(scope="module")
@@ -102,9 +124,9 @@ def test_a_function_is_a_controller_by_itself_and_by_import_path(
         load_controller("math:pi", TASK)
 
 
-@pytest.mark.parametrize("algo", ["PPO", "A2C", "SAC", "TD3", "Tqc", "Trpo", "Lstm"])
+@pytest.mark.parametrize("algo", ["PPO", "A2C", "SAC", "TD3", "Tqc", "CrossQ", "Trpo", "Lstm"])
 def test_a_saved_model_of_any_algorithm_acts_as_before(algo: str, tmp_path: Path) -> None:
-    model = model_of(algo)
+    model = model_of(algo, metric=algo != "Lstm")
     model.save(tmp_path / "model.zip")
     with pytest.warns(UserWarning, match=PICKLE):
         name, loaded = load_controller(tmp_path / "model.zip", TASK)
@@ -117,17 +139,22 @@ def test_a_saved_model_of_any_algorithm_acts_as_before(algo: str, tmp_path: Path
         np.testing.assert_array_equal(again[0], memory[0])
 
 
-@pytest.mark.parametrize("kwargs", [{"use_sde": True}, {}], ids=["sde", "plain"])
-@pytest.mark.parametrize("algo", ["PPO", "SAC", "TD3", "Tqc"])
+@pytest.mark.parametrize(
+    "kwargs", [{"use_sde": True}, {}, {"metric": True}], ids=["sde", "plain", "metric"]
+)
+@pytest.mark.parametrize("algo", ["PPO", "SAC", "TD3", "Tqc", "CrossQ"])
 def test_the_numbers_of_a_model_are_its_policy(
     algo: str, kwargs: dict[str, Any], tmp_path: Path
 ) -> None:
     from powered_walker_env.controllers.stable_baselines import double_precision
 
-    if kwargs and algo == "TD3":
+    sde = "use_sde" in kwargs
+    if sde and algo == "TD3":
         pytest.skip("TD3 has no state-dependent exploration")
     model = model_of(algo, **kwargs)
-    if kwargs and algo != "PPO":  # bends its mean a second time
+    if algo == "CrossQ":
+        use_norms(model)
+    if sde and algo != "PPO":  # bends its mean a second time
         with pytest.raises(TypeError, match="the network must be linear layers"):
             double_precision(model)
         return
