@@ -60,6 +60,18 @@ class Cell:
         return self.controller in LEARNERS
 
     @property
+    def algo(self) -> str:
+        """Of its training, by the name that `agents.train` knows."""
+        return "ppo" if self.controller == DEFAULT else self.controller
+
+    @property
+    def config(self) -> str | None:
+        """Of its training: the file in `configs/`, where it is not that of the algorithm."""
+        if self.controller == DEFAULT:
+            return "ppo-default.yml"
+        return "ppo-rough.yml" if (self.controller, self.level) == ("ppo", ROUGH) else None
+
+    @property
     def env_kwargs(self) -> dict[str, str]:
         """Of the environment: none at the level that its id registers."""
         return {} if self.level == LIGHT else {"disturbance": self.level}

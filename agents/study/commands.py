@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterable
 
 from agents.study.budgets import FULL
-from agents.study.cells import DEFAULT, LIGHT, Cell, cells
+from agents.study.cells import LIGHT, Cell, cells
 
 HEAD = """\
 # Agents
@@ -48,9 +48,9 @@ def command_of(cell: Cell) -> str:
     module = "analytic_gradient" if cell.controller == "apg" else "train"
     words = ["python", "-m", f"agents.{module}"]
     if module == "train":
-        words += ["--algo", "ppo" if cell.controller == DEFAULT else cell.controller]
-    if cell.controller == DEFAULT:
-        words += ["--config", "configs/ppo-default.yml"]
+        words += ["--algo", cell.algo]
+    if cell.config:
+        words += ["--config", f"configs/{cell.config}"]
     words += ["--env", cell.env_id, *(["--env-kwargs", *kwargs] if kwargs else [])]
     return shlex.join([*words, "--seed", str(cell.seed), "--name", cell.name])
 

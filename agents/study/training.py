@@ -22,10 +22,9 @@ from agents.command import CONFIGS
 from agents.configuration import Settings, read_settings
 from agents.runs import CHECKPOINT, EVALUATIONS, run_folder, write_json
 from agents.study.budgets import Budget
-from agents.study.cells import DEFAULT, Cell
+from agents.study.cells import Cell
 
 TRAINED = "trained.json"  # in the folder of a run that has come to its end
-DEFAULT_CONFIG = CONFIGS / "ppo-default.yml"
 
 
 @dataclass(frozen=True)
@@ -90,9 +89,9 @@ def settings_of(cell: Cell, budget: Budget) -> Settings | learner.Settings:
         changes: dict[str, Any] = {"episodes": budget.training_episodes}
         changes |= {} if strides is None else {"n_timesteps": strides}
         return learner.read_settings(cell.env_id, changes, seed=cell.seed, env_kwargs=kwargs)
-    default = cell.controller == DEFAULT
+    config = CONFIGS / cell.config if cell.config else None
     return read_settings(
-        "ppo" if default else cell.controller, cell.env_id, DEFAULT_CONFIG if default else None,
+        cell.algo, cell.env_id, config,
         env_kwargs=kwargs, seed=cell.seed, n_timesteps=strides, episodes=budget.training_episodes,
     )  # fmt: skip
 
