@@ -20,6 +20,7 @@ from agents.command import add_env_arguments, exit_status, natural_int, pairs, p
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.optimal import find_optimum
 from powered_walker_env.files import check_writable
+from powered_walker_env.poincare.stochastic.optimum import SHAPE
 from powered_walker_env.results import save_result
 
 
@@ -35,15 +36,17 @@ def parser() -> argparse.ArgumentParser:
         help="what is to be greatest (default: %(default)s)",
     )  # fmt: skip
     result.add_argument(
-        "--shape", type=positive_int, default=24, help="nodes along each axis (default %(default)s)"
-    )
-    result.add_argument(
-        "--counts", type=positive_int, default=9,
-        help="values of each number of the control, odd (default: %(default)s)",
+        "--shape", type=positive_int, nargs="+", default=list(SHAPE), metavar="N",
+        help="nodes along the three axes, the one that decides where a step leads first, or one "
+        "count for all (default: 64 12 8)",
     )  # fmt: skip
     result.add_argument(
-        "--push-points", type=positive_int, default=5,
-        help="that stand for each rate's push (default: %(default)s)",
+        "--counts", type=positive_int, default=9,
+        help="values of each number of the control tried at first, odd (default: %(default)s)",
+    )  # fmt: skip
+    result.add_argument(
+        "--push-points", type=positive_int, nargs=2, default=[11, 3], metavar="N",
+        help="that stand for the pushes, along that axis and across it (default: 11 3)",
     )  # fmt: skip
     result.add_argument("--seed", type=natural_int, default=0, help="of the walks that place it")
     result.add_argument("--out", type=Path, metavar="FILE", help="save the table there, .npz")
@@ -67,8 +70,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             bar.update(done - bar.n)
 
         found = find_optimum(
-            task, objective=options.objective, shape=options.shape, counts=options.counts,
-            push_points=options.push_points, seed=options.seed, progress=progress,
+            task, objective=options.objective, counts=options.counts,
+            shape=options.shape[0] if len(options.shape) == 1 else options.shape,
+            push_points=tuple(options.push_points), seed=options.seed, progress=progress,
         )  # fmt: skip
     mean, error = found.walked
     print(f"{options.env}, {options.objective} of {found.horizon} strides")

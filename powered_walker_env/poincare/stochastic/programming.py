@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from powered_walker_env.model.mechanics.packing import pack
+from powered_walker_env.model.powering import scheme_of
+from powered_walker_env.model.state import natural_units
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.regulator import Regulator
 from powered_walker_env.poincare.sections import Section, section_of
-from powered_walker_env.poincare.stochastic.grid import Grid
+from powered_walker_env.poincare.stochastic.alignment import aligned_grid
+from powered_walker_env.poincare.stochastic.grid import AnySection, Grid
 from powered_walker_env.poincare.stochastic.law import Law
 from powered_walker_env.poincare.stochastic.passage import mean_at, start_places
+from powered_walker_env.poincare.stochastic.plane import landing_plane
 from powered_walker_env.poincare.stochastic.steps import (
     Progress,
     Reward,
@@ -23,17 +28,19 @@ from powered_walker_env.poincare.stochastic.steps import (
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
     controls_between,
+    filled,
     table_policy,
 )
-from powered_walker_env.poincare.stochastic.walks import grid_around, visits
+from powered_walker_env.poincare.stochastic.walks import visits
 from powered_walker_env.poincare.tolerances import FATE_RTOL
-from powered_walker_env.simulation.strides import Array
+from powered_walker_env.simulation.strides import Array, run_batch
 
 ROUNDS = 3  # of placing the grid: where the regulator walks, then where the optimum does
-ROUGHLY = (12, 7)  # nodes along each axis, and controls of each number, of those rounds
-WALKS = 4000  # plain ones, of the policy
+ROUGH_SHAPE, ROUGH_COUNT = (40, 10, 6), 7  # nodes, and controls of each number, of those rounds
+ROUGH_HORIZON, ROUGH_POINTS = 30, (7, 3)
+PLACING = 2000  # walks
 DITHER = 0.2  # half ranges, of the regulator's control in the first round
-REACH_TAIL, REACH_MARGIN = 1e-4, 1.25  # of the box over where the optimum walks
+NEAR = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # of the step, controls tried about the best
 
 
 def decided_section(gait: Gait, high: Array, noise: StepNoise) -> Section:
@@ -42,6 +49,13 @@ def decided_section(gait: Gait, high: Array, noise: StepNoise) -> Section:
     if on.hip_angle is None and noise.push > 0 and len(on.coordinates) < 3:
         return section_of(gait.params, gait.control, high, level=False)
     return on
+
+
+def decided_place(gait: Gait, high: Array, noise: StepNoise) -> AnySection:
+    """That section; of knees with a foot that moves, which have none, the plane of landings."""
+    if gait.params.knee is not None and scheme_of(gait.control).moves_ankle and noise.level:
+        return landing_plane(gait)
+    return decided_section(gait, high, noise)
 
 
 @dataclass(frozen=True)
@@ -55,7 +69,7 @@ class Problem:
     discount: float
     reward: Reward | None
     branches: int
-    push_points: int
+    push_points: int | tuple[int, int]
     progress: Progress | None
 
     def table(self, grid: Grid, choices: Array, quiet: bool = False) -> Law:
@@ -87,6 +101,41 @@ class Problem:
         return mean_at(table.grid, values, points, weights) + (1.0 - known) * outside
 
 
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Values and controls at the nodes, of a law with choices about the controls."""
+
+    table: Law
+    values: Array  # (N,)
+    numbers: Array  # (N, k) best controls of the first stride
+    value: float  # from the start
+
+
+def solved(problem: Problem, grid: Grid, choices: Array, quiet: bool = False) -> Solved:
+    """The best among choices (A, k), or (N, A, k) for each node."""
+    table = problem.table(grid, choices, quiet)
+    values, chosen = problem.solve(table)
+    each = np.broadcast_to(choices, (grid.size, *choices.shape[-2:]))
+    numbers = each[np.arange(grid.size), np.maximum(chosen, 0)]
+    numbers = filled(grid, chosen >= 0, numbers)
+    return Solved(table, values, numbers, problem.start(table, values))
+
+
+def about(problem: Problem, numbers: Array, step: float, fixed: Array) -> Array:
+    """(N, A, k) controls about those of the nodes, and fixed ones (B, k) at all.
+
+    Args:
+        numbers: (N, k), which are among them.
+        step: how far from them, in half ranges.
+    """
+    law, k = problem.law, numbers.shape[1]
+    reach = step * 0.5 * (law.high - law.low)
+    near = np.stack(np.meshgrid(*[NEAR] * k, indexing="ij"), axis=-1).reshape(-1, k) * reach
+    local = np.clip(numbers[:, np.newaxis] + near, law.low, law.high)
+    everywhere = np.broadcast_to(fixed, (len(numbers), *fixed.shape))
+    return np.concatenate([local, everywhere], axis=1)
+
+
 @dataclass(frozen=True)
 class _Dithered:
     """A regulator whose controls are varied, to see more of the states."""
@@ -104,18 +153,37 @@ class _Dithered:
         return np.clip(wanted, self.law.low, self.law.high)
 
 
-def placed(problem: Problem, on: Section, seed: int) -> Grid:
+def led_under(gait: Gait, on: AnySection, points: Array) -> Array:
+    """(N, 4) where strides from points of a section lead under the gait's own control.
+
+    In natural units; NaN where they fall.
+    """
+    scheme, row = scheme_of(gait.control), pack(gait.params)[np.newaxis]
+    controls = np.tile(scheme.row(gait.control), (len(points), 1))
+    batch = run_batch(scheme.cycle, on.states(points), controls, row, np.zeros(1), FATE_RTOL)
+    landed = batch.state / natural_units(gait.params)
+    landed[~batch.walked] = np.nan
+    return landed
+
+
+def placed(problem: Problem, on: AnySection, seed: int) -> Grid:
     """A grid that holds where the optimum walks: a rough one is solved and walked, repeatedly."""
-    params, start = problem.gait.params, problem.gait.state
-    nodes, each = ROUGHLY
+    gait, k = problem.gait, len(on.coordinates)
+    rough = replace(
+        problem, horizon=min(problem.horizon, ROUGH_HORIZON), push_points=ROUGH_POINTS,
+    )  # fmt: skip
     policy: _Dithered | TablePolicy = _Dithered(problem.law, np.random.default_rng(seed))
-    counts = (each,) * len(problem.law.low)
+    counts = (ROUGH_COUNT,) * len(problem.law.low)
     choices = controls_between(problem.law.low, problem.law.high, counts)
-    shape = (nodes,) * len(on.coordinates)
     for number in range(ROUNDS + 1):
-        _, met = visits(params, policy, problem.noise, start, on, walks=WALKS, seed=seed + number)
-        grid = grid_around(met.point, on, shape, REACH_TAIL, REACH_MARGIN)
+        _, met = visits(
+            gait.params, policy, problem.noise, gait.state, on, walks=PLACING, seed=seed + number
+        )
+        grid = aligned_grid(
+            met.point[met.ahead > 0], lambda points: led_under(gait, on, points), ROUGH_SHAPE[:k], on
+        )
         if number < ROUNDS:
-            _, chosen = problem.solve(problem.table(grid, choices, quiet=True))
-            policy = table_policy(grid, chosen, choices, problem.gait, problem.law.high)
+            best = solved(rough, grid, choices, quiet=True)
+            best = solved(rough, grid, about(rough, best.numbers, 0.5 / ROUGH_COUNT, choices), True)
+            policy = table_policy(grid, best.numbers, gait, problem.law.high)
     return grid
