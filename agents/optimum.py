@@ -20,7 +20,6 @@ from agents.command import add_env_arguments, exit_status, natural_int, pairs, p
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.optimal import find_optimum
 from powered_walker_env.files import check_writable
-from powered_walker_env.poincare.stochastic.optimum import SHAPE
 from powered_walker_env.results import save_result
 
 
@@ -36,9 +35,9 @@ def parser() -> argparse.ArgumentParser:
         help="what is to be greatest (default: %(default)s)",
     )  # fmt: skip
     result.add_argument(
-        "--shape", type=positive_int, nargs="+", default=list(SHAPE), metavar="N",
+        "--shape", type=positive_int, nargs="+", metavar="N",
         help="nodes along the three axes, the one that decides where a step leads first, or one "
-        "count for all (default: 64 12 8)",
+        "count for all (default: 48 10 6, or 18 where the map is even)",
     )  # fmt: skip
     result.add_argument(
         "--counts", type=positive_int, default=9,
@@ -71,13 +70,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         found = find_optimum(
             task, objective=options.objective, counts=options.counts,
-            shape=options.shape[0] if len(options.shape) == 1 else options.shape,
+            shape=options.shape * 3 if len(options.shape or []) == 1 else options.shape,
             push_points=tuple(options.push_points), seed=options.seed, progress=progress,
         )  # fmt: skip
     mean, error = found.walked
     print(f"{options.env}, {options.objective} of {found.horizon} strides")
     print(f"  by the table       {found.value:.4g} ± {found.error:.2g} (refinement, and walks)")
-    print(f"  as walked          {mean:.4g} ± {error:.2g} (standard error)")
+    how = "looking a stride ahead" if found.looks_ahead else "the table"
+    print(f"  as walked          {mean:.4g} ± {error:.2g} (standard error; {how})")
     print(f"  at most            {found.upper:.4g}, if the best came of all that leaves the grid")
     if options.out is not None:
         settings = {"env_id": options.env, "env_kwargs": kwargs, "objective": options.objective}

@@ -19,7 +19,7 @@ import numpy as np
 
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum, StepNoise, find_gait, optimum
-from powered_walker_env.poincare.stochastic.steps import Progress
+from powered_walker_env.poincare.stochastic.steps import Progress, Reward
 from powered_walker_env.results import load_result
 from powered_walker_env.simulation.strides import Array
 
@@ -47,7 +47,7 @@ class Optimal:
             raise ValueError(
                 f"found must be the optimum of this task, got one with {reason}; {HINT}"
             )
-        self._policy = self.found.policy
+        self._policy = self.found.policy(deviation_of(task) if self.found.rewarded else None)
         self._gait, self._scale = task.gait[0], task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
 
@@ -84,17 +84,22 @@ def find_optimum(
         )
     if len(task.gait) != 1:
         raise ValueError(f"task must have a gait of one stride, got one of {len(task.gait)}")
+    gait = find_gait(task.params, task.control, task.gait[0].tolist())
+    return optimum(
+        gait, task.half_range.tolist(), noise, progress=progress,
+        reward=deviation_of(task) if objective == "return" else None, **{"horizon": STRIDES, **settings},
+    )  # fmt: skip
+
+
+def deviation_of(task: Task) -> Reward:
+    """The reward "deviation" of a task, of post-strike states (N, 4)."""
 
     def deviation(states: Array) -> Array:
         away = (states - task.gait[0]) / task.scale
         worth: Array = np.exp(-0.5 * np.einsum("ij,ij->i", away, away))
         return worth
 
-    gait = find_gait(task.params, task.control, task.gait[0].tolist())
-    return optimum(
-        gait, task.half_range.tolist(), noise, progress=progress,
-        reward=deviation if objective == "return" else None, **{"horizon": STRIDES, **settings},
-    )  # fmt: skip
+    return deviation
 
 
 def noise_of(task: Task) -> StepNoise:

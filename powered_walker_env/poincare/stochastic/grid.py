@@ -150,6 +150,11 @@ class Grid:
         return self._counted(0.5 * self._along(changes))
 
     @property
+    def aligned(self) -> bool:
+        """Whether its first coordinate is curved."""
+        return any(self.curve)
+
+    @property
     def counted_curve(self) -> Array:
         """(8,) the curve's c, with straight places counted in nodes, and the middle's place."""
         middle = 0.5 * (np.array(self.table_shape) - 1.0)

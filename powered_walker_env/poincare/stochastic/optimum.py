@@ -33,6 +33,7 @@ from powered_walker_env.poincare.stochastic.programming import (
     placed,
     solved,
 )
+from powered_walker_env.poincare.stochastic.rollout import LookAhead
 from powered_walker_env.poincare.stochastic.steps import Progress, Reward, StepNoise
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
@@ -43,9 +44,10 @@ from powered_walker_env.poincare.stochastic.walks import disturbed_walks
 from powered_walker_env.simulation.strides import Array
 
 COARSER = 2 / 3  # of the counts of nodes
-SHAPE = (64, 12, 8)
+SHAPE, EVEN = (48, 10, 6), (18, 18, 18)  # of a grid that is aligned, and of one that need not be
 UNITS = 32767  # of the stored controls in a half range
-WALKS = 10_000  # plain ones, of the policy
+WALKS, FEWER, TRIAL = 10_000, 1000, 200  # plain ones: of a table, looking ahead, to choose
+WORTH = 0.02  # of the sum, that looking ahead must bring more
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,9 @@ class Optimum:
     upper: float  # the same, if off the grid came all that could
     coarser: float  # value on a grid of two thirds of the nodes
     fewer: float  # value with controls tried twice as far apart
-    walked: tuple[float, float]  # the sum that the policy comes by in plain walks, standard error
+    walked: tuple[float, float]  # the sum that its policy comes by in plain walks, standard error
+    looks_ahead: bool = False  # whether its policy does, by a stride, or is the table
+    rewarded: bool = True  # by a function; if not, strides are counted
 
     def __repr__(self) -> str:
         mean, error = self.walked
@@ -86,12 +90,30 @@ class Optimum:
         return max(grid + controls, abs(self.value - self.walked[0]), 3.0 * self.walked[1])
 
     @property
-    def policy(self) -> TablePolicy:
-        """The best control of the first of so many strides, as a policy."""
+    def table(self) -> TablePolicy:
+        """The best control of the first of so many strides, between the nodes: a policy."""
         middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
-        return table_policy(
-            self.grid, middle + half * (self.controls / UNITS), self.gait, self.high
-        )
+        numbers = middle + half * (self.controls / UNITS)
+        return table_policy(self.grid, numbers, self.gait, self.high)
+
+    def policy(self, reward: Reward | None = None) -> TablePolicy | LookAhead:
+        """What walked: the table, or the best by one stride more and the values after it.
+
+        Args:
+            reward: the one that the optimum was found for.
+
+        Raises:
+            ValueError: a policy that looks ahead, to rewards, and no reward.
+        """
+        if not self.looks_ahead:
+            return self.table
+        if self.rewarded and reward is None:
+            raise ValueError("reward must be the optimum's for a policy that looks ahead, got none")
+        fixed = controls_between(self.low, self.high, [(n + 1) // 2 for n in self.counts])
+        return LookAhead(
+            self.gait, self.noise, self.table, self.values.astype(np.float64), self.low, self.high,
+            fixed, self.discount, reward,
+        )  # fmt: skip
 
 
 def optimum(
@@ -103,9 +125,9 @@ def optimum(
     discount: float = 1.0,
     reward: Reward | None = None,
     most: float = 1.0,
-    shape: int | Sequence[int] = SHAPE,
+    shape: int | Sequence[int] | None = None,
     counts: int | Sequence[int] = 9,
-    refinements: int = 5,
+    refinements: int = 3,
     branches: int = 9,
     push_points: int | tuple[int, int] = (11, 3),
     grid: Grid | None = None,
@@ -124,7 +146,7 @@ def optimum(
             strides are counted if left out.
         most: that the reward of a stride can be, for the upper bound.
         shape: nodes along the axes of the grid, the one that decides where a step leads first;
-            or along each.
+            or along each. Left out, as many along the first as the map wants.
         counts: values of each number of the control tried at first, the bounds included; odd, so
             that the nominal one is among them.
         refinements: rounds after that, each with the controls about the best at half the distance.
@@ -146,7 +168,8 @@ def optimum(
     problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points, progress)
     box = placed(problem, on, seed) if grid is None else grid
     if grid is None:
-        box = box.resized(nodes[: len(box.shape)])
+        usual = SHAPE if box.aligned else EVEN
+        box = box.resized((usual if nodes is None else nodes)[: len(box.shape)])
     choices = controls_between(law.low, law.high, numbers)
     fixed = controls_between(law.low, law.high, [(n + 1) // 2 for n in numbers])
     best = solved(problem, box, choices)
@@ -164,13 +187,26 @@ def optimum(
         gait, law.low, law.high, noise, horizon, discount, numbers, box, controls,
         best.values.astype(np.float16), best.value,
         problem.start(best.table, problem.solve(best.table, most)[0], horizon * most),
-        coarse.value, before, (0.0, 0.0),
+        coarse.value, before, (0.0, 0.0), rewarded=reward is not None,
     )  # fmt: skip
-    walked = disturbed_walks(
-        gait.params, found.policy, noise, gait.state, strides=horizon, walks=WALKS,
-        seed=seed + 100, reward=reward,
-    )  # fmt: skip
-    return replace(found, walked=walked.mean_reward)
+    return _walked(found, reward, seed + 100)
+
+
+def _walked(found: Optimum, reward: Reward | None, seed: int) -> Optimum:
+    """The optimum with what its policy walks: the table's or, where that is clearly more, ahead."""
+    kinds = [replace(found, looks_ahead=ahead) for ahead in (False, True)]
+    tried = [_sums(each, reward, TRIAL, seed + 1)[0] for each in kinds]
+    best = kinds[int(tried[1] > (1.0 + WORTH) * tried[0])]
+    walks = FEWER if best.looks_ahead else WALKS
+    return replace(best, walked=_sums(best, reward, walks, seed))
+
+
+def _sums(found: Optimum, reward: Reward | None, walks: int, seed: int) -> tuple[float, float]:
+    """Mean and standard error of the sums in plain walks."""
+    return disturbed_walks(
+        found.gait.params, found.policy(reward), found.noise, found.gait.state,
+        strides=found.horizon, walks=walks, seed=seed, reward=reward,
+    ).mean_reward  # fmt: skip
 
 
 def _counts(counts: int | Sequence[int], numbers: int) -> tuple[int, ...]:
@@ -180,8 +216,10 @@ def _counts(counts: int | Sequence[int], numbers: int) -> tuple[int, ...]:
     return given
 
 
-def _shape(shape: int | Sequence[int]) -> tuple[int, ...]:
-    """Counts of nodes along three axes."""
+def _shape(shape: int | Sequence[int] | None) -> tuple[int, ...] | None:
+    """Counts of nodes along three axes, or None as given."""
+    if shape is None:
+        return None
     given = tuple(shape) if isinstance(shape, Sequence | np.ndarray) else (shape,) * DIMENSIONS
     if len(given) != DIMENSIONS:
         raise ValueError(f"shape must be one count or {DIMENSIONS}, got {shape!r}")

@@ -27,6 +27,7 @@ from powered_walker_env.poincare.stochastic.steps import (
 )
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
+    controls_about,
     controls_between,
     filled,
     table_policy,
@@ -36,11 +37,12 @@ from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array, run_batch
 
 ROUNDS = 3  # of placing the grid: where the regulator walks, then where the optimum does
-ROUGH_SHAPE, ROUGH_COUNT = (40, 10, 6), 7  # nodes, and controls of each number, of those rounds
+ROUGH_SHAPE, ROUGH_EVEN = (40, 10, 6), 13  # nodes of those rounds, aligned and not
+ROUGH_COUNT = 7  # controls of each number
 ROUGH_HORIZON, ROUGH_POINTS = 30, (7, 3)
 PLACING = 2000  # walks
 DITHER = 0.2  # half ranges, of the regulator's control in the first round
-NEAR = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # of the step, controls tried about the best
+CALM = 0.05  # reward that a whole half range more of a control must be worth
 
 
 def decided_section(gait: Gait, high: Array, noise: StepNoise) -> Section:
@@ -80,18 +82,37 @@ class Problem:
             progress=None if quiet else self.progress,
         )  # fmt: skip
 
-    def solve(self, table: Law, most: float = 0.0) -> tuple[Array, NDArray[np.int32]]:
-        """(N,) greatest expected sums over the horizon, and (N,) the first choice.
+    def solve(self, table: Law, most: float = 0.0) -> tuple[Array, Array]:
+        """(N,) greatest expected sums over the horizon, and (N,) over all strides but the first.
 
         Args:
             most: of the reward of every stride to come, off the grid.
         """
-        values, chosen = np.zeros(table.grid.size), np.zeros(table.grid.size, np.int32)
+        values = before = np.zeros(table.grid.size)
         left = 0.0  # discounted strides to come
         for _ in range(self.horizon):
-            values, chosen = table.best(values, self.discount, most * left)
+            before = values
+            values, _ = table.best(values, self.discount, most * left)
             left = 1.0 + self.discount * left
-        return values, chosen
+        return values, before
+
+    def calmest(self, table: Law, before: Array, choices: Array) -> NDArray[np.int32]:
+        """(N,) the first choice, a small one where several are about as good; −1: none walks.
+
+        A table is interpolated between its nodes: neighbours must not choose now one end and now
+        another of a valley that is flat.
+
+        Args:
+            before: of `solve`.
+            choices: (A, k), or (N, A, k) for each node.
+        """
+        law = self.law
+        away = (choices - law.nominal) / (0.5 * (law.high - law.low))
+        effort = (away**2).sum(axis=-1)
+        nodes = np.repeat(np.arange(table.grid.size), np.diff(table.begin))
+        each = effort[table.choice] if choices.ndim == 2 else effort[nodes, table.choice]
+        calm = replace(table, reward=(table.reward - CALM * each).astype(np.float32))
+        return calm.best(before, self.discount)[1]
 
     def start(self, table: Law, values: Array, outside: float = 0.0) -> float:
         """The value from the gait, pushed once."""
@@ -114,7 +135,8 @@ class Solved:
 def solved(problem: Problem, grid: Grid, choices: Array, quiet: bool = False) -> Solved:
     """The best among choices (A, k), or (N, A, k) for each node."""
     table = problem.table(grid, choices, quiet)
-    values, chosen = problem.solve(table)
+    values, before = problem.solve(table)
+    chosen = problem.calmest(table, before, choices)
     each = np.broadcast_to(choices, (grid.size, *choices.shape[-2:]))
     numbers = each[np.arange(grid.size), np.maximum(chosen, 0)]
     numbers = filled(grid, chosen >= 0, numbers)
@@ -128,10 +150,7 @@ def about(problem: Problem, numbers: Array, step: float, fixed: Array) -> Array:
         numbers: (N, k), which are among them.
         step: how far from them, in half ranges.
     """
-    law, k = problem.law, numbers.shape[1]
-    reach = step * 0.5 * (law.high - law.low)
-    near = np.stack(np.meshgrid(*[NEAR] * k, indexing="ij"), axis=-1).reshape(-1, k) * reach
-    local = np.clip(numbers[:, np.newaxis] + near, law.low, law.high)
+    local = controls_about(numbers, step, problem.law.low, problem.law.high)
     everywhere = np.broadcast_to(fixed, (len(numbers), *fixed.shape))
     return np.concatenate([local, everywhere], axis=1)
 
@@ -183,6 +202,7 @@ def placed(problem: Problem, on: AnySection, seed: int) -> Grid:
             met.point[met.ahead > 0], lambda points: led_under(gait, on, points), ROUGH_SHAPE[:k], on
         )
         if number < ROUNDS:
+            grid = grid if grid.aligned else grid.resized((ROUGH_EVEN,) * k)
             best = solved(rough, grid, choices, quiet=True)
             best = solved(rough, grid, about(rough, best.numbers, 0.5 / ROUGH_COUNT, choices), True)
             policy = table_policy(grid, best.numbers, gait, problem.law.high)

@@ -187,7 +187,7 @@ def step_law(
             numbers = numbers_for(control, some)[:, np.newaxis]
         else:
             numbers = choices[first : first + size] if choices.ndim == 3 else choices
-        parts.append(_rows(stepper, some, numbers, drawn, reward, points, weights, turn))
+        parts.append(rows_from(stepper, some, numbers, drawn, reward, points, weights, turn))
         if progress is not None:
             progress(min(first + size, len(states)) * each, len(states) * each)
     counts, choice, share, mean, gain, worth = (
@@ -218,7 +218,7 @@ def check_section(grid: Grid, noise: StepNoise) -> None:
         )
 
 
-def _rows(
+def rows_from(
     stepper: Stepper, states: Array, numbers: Array, drawn: Branches, reward: Reward | None,
     points: Array, weights: Array, turn: bool,
 ) -> tuple[NDArray[Any], ...]:  # fmt: skip

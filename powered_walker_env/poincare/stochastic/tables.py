@@ -15,6 +15,8 @@ from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array
 
+NEAR = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # of the step, controls tried about one
+
 
 @dataclass(frozen=True, eq=False)
 class TablePolicy:
@@ -61,3 +63,16 @@ def controls_between(low: Array, high: Array, counts: Sequence[int]) -> Array:
     """(A, k) the controls of a grid between bounds, the last number running fastest."""
     axes = [np.linspace(*ends) for ends in zip(low, high, counts, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def controls_about(numbers: Array, step: float, low: Array, high: Array) -> Array:
+    """(N, A, k) controls about those of (N, k), which are in the middle, within bounds.
+
+    Args:
+        step: how far from them, in half ranges.
+    """
+    k = numbers.shape[1]
+    near = np.stack(np.meshgrid(*[NEAR] * k, indexing="ij"), axis=-1).reshape(-1, k)
+    about = numbers[:, np.newaxis] + near * (step * 0.5 * (high - low))
+    clipped: Array = np.clip(about, low, high)
+    return clipped
