@@ -86,7 +86,11 @@ class Grid:
 
     @classmethod
     def box(
-        cls, low: ArrayLike, high: ArrayLike, shape: Sequence[int], section: AnySection | None = None
+        cls,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: Sequence[int],
+        section: AnySection | None = None,
     ) -> Grid:
         """The grid between two corners, along the coordinates.
 
@@ -162,7 +166,8 @@ class Grid:
         c = np.array(self.curve)
         per = [half[1], half[2], half[1] ** 2 / half[0], half[1] * half[2] / half[0],
                half[2] ** 2 / half[0]]  # fmt: skip
-        return np.concatenate([c / per, middle])
+        counted: Array = np.concatenate([c / np.array(per), middle])
+        return counted
 
     def _along(self, changes: Array) -> Array:
         along: Array = np.linalg.solve(self.frame, changes.T).T

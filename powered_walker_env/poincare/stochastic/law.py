@@ -122,8 +122,8 @@ class Law:
         index = np.empty(8 * size, np.int64)
         share = np.empty(8 * size)
         spread(
-            np.array(self.grid.table_shape), self.grid.counted_curve, self.weight, self.mean, self.gain, self.points,
-            self.weights, index, share,
+            np.array(self.grid.table_shape), self.grid.counted_curve, self.weight, self.mean,
+            self.gain, self.points, self.weights, index, share,
         )  # fmt: skip
         rows = np.repeat(nodes, 8 * len(self.weights))
         there = share > 0.0

@@ -149,7 +149,8 @@ def optimum(
             or along each. Left out, as many along the first as the map wants.
         counts: values of each number of the control tried at first, the bounds included; odd, so
             that the nominal one is among them.
-        refinements: rounds after that, each with the controls about the best at half the distance.
+        refinements: rounds after that, two or more, each with the controls about the best at half
+            the distance.
         branches, push_points: see `step_law`.
         grid: on a section ahead of every switch; placed where the optimum walks if left out.
         seed: of the walks that place it.
@@ -159,7 +160,7 @@ def optimum(
         ValueError: a gait of several strides or without a constant control, bad bounds or counts.
     """
     horizon = whole_number("horizon", horizon, 1)
-    refinements = whole_number("refinements", refinements, 1)
+    refinements = whole_number("refinements", refinements, 2)
     discount = real_number("discount", discount)
     require(0.0 < discount <= 1.0, "discount", "lie in (0, 1]", discount)
     law = regulate(gait, half_range)
@@ -172,11 +173,12 @@ def optimum(
         box = box.resized((usual if nodes is None else nodes)[: len(box.shape)])
     choices = controls_between(law.low, law.high, numbers)
     fixed = controls_between(law.low, law.high, [(n + 1) // 2 for n in numbers])
-    best = solved(problem, box, choices)
+    best = solved(problem.roughly, box, choices)
     step, before = 2.0 / (max(numbers) - 1), best.value
-    for _ in range(refinements):
+    for number in range(refinements):
         before = best.value
-        best = solved(problem, box, about(problem, best.numbers, step, fixed))
+        last = number + 2 >= refinements  # two: the one before the last is held against it
+        best = solved(problem if last else problem.roughly, box, about(problem, best.numbers, step, fixed))
         step *= 0.5
     least = box.coarser(COARSER)
     known = about(problem, box.at(best.numbers, least.points), 2.0 * step, fixed)

@@ -42,6 +42,7 @@ ROUGH_COUNT = 7  # controls of each number
 ROUGH_HORIZON, ROUGH_POINTS = 30, (7, 3)
 PLACING = 2000  # walks
 DITHER = 0.2  # half ranges, of the regulator's control in the first round
+SETTLED = 1e-5  # change of values from stride to stride, at which all have fallen
 CALM = 0.05  # reward that a whole half range more of a control must be worth
 
 
@@ -74,6 +75,12 @@ class Problem:
     push_points: int | tuple[int, int]
     progress: Progress | None
 
+    @property
+    def roughly(self) -> Problem:
+        """The same over fewer strides, with fewer pushes: for controls on the way."""
+        horizon = min(self.horizon, ROUGH_HORIZON)
+        return replace(self, horizon=horizon, push_points=ROUGH_POINTS)
+
     def table(self, grid: Grid, choices: Array, quiet: bool = False) -> Law:
         """The law of the next step."""
         return step_law(
@@ -94,6 +101,8 @@ class Problem:
             before = values
             values, _ = table.best(values, self.discount, most * left)
             left = 1.0 + self.discount * left
+            if most == 0.0 and np.abs(values - before).max() < SETTLED:
+                break  # who walks on is too few to count
         return values, before
 
     def calmest(self, table: Law, before: Array, choices: Array) -> NDArray[np.int32]:
@@ -188,9 +197,7 @@ def led_under(gait: Gait, on: AnySection, points: Array) -> Array:
 def placed(problem: Problem, on: AnySection, seed: int) -> Grid:
     """A grid that holds where the optimum walks: a rough one is solved and walked, repeatedly."""
     gait, k = problem.gait, len(on.coordinates)
-    rough = replace(
-        problem, horizon=min(problem.horizon, ROUGH_HORIZON), push_points=ROUGH_POINTS,
-    )  # fmt: skip
+    rough = problem.roughly
     policy: _Dithered | TablePolicy = _Dithered(problem.law, np.random.default_rng(seed))
     counts = (ROUGH_COUNT,) * len(problem.law.low)
     choices = controls_between(problem.law.low, problem.law.high, counts)
@@ -199,7 +206,10 @@ def placed(problem: Problem, on: AnySection, seed: int) -> Grid:
             gait.params, policy, problem.noise, gait.state, on, walks=PLACING, seed=seed + number
         )
         grid = aligned_grid(
-            met.point[met.ahead > 0], lambda points: led_under(gait, on, points), ROUGH_SHAPE[:k], on
+            met.point[met.ahead > 0],
+            lambda points: led_under(gait, on, points),
+            ROUGH_SHAPE[:k],
+            on,
         )
         if number < ROUNDS:
             grid = grid if grid.aligned else grid.resized((ROUGH_EVEN,) * k)
