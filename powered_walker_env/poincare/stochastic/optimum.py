@@ -178,7 +178,9 @@ def optimum(
     for number in range(refinements):
         before = best.value
         last = number + 2 >= refinements  # two: the one before the last is held against it
-        best = solved(problem if last else problem.roughly, box, about(problem, best.numbers, step, fixed))
+        best = solved(
+            problem if last else problem.roughly, box, about(problem, best.numbers, step, fixed)
+        )
         step *= 0.5
     least = box.coarser(COARSER)
     known = about(problem, box.at(best.numbers, least.points), 2.0 * step, fixed)
