@@ -7,7 +7,8 @@ controller to `agents.evaluate`. The tables that come with the package were made
     python -m agents.optimum --env ID --env-kwargs disturbance:rough --out FILE.npz
 
 with what is the default: 48 x 10 x 6 nodes where the map is far from normal (thesis and as
-published), 18 x 18 x 18 else. Each took about a minute of one core of a server of 2026.
+published), 18 x 18 x 18 else; on round feet with `--push-points 5 5 --calm 0.005`. Each took
+one to two minutes of one core of a server of 2026.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from agents.command import add_env_arguments, exit_status, natural_int, pairs, p
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.optimal import find_optimum
 from powered_walker_env.files import check_writable
+from powered_walker_env.poincare.stochastic.programming import CALM
 from powered_walker_env.results import save_result
 
 
@@ -50,6 +52,10 @@ def parser() -> argparse.ArgumentParser:
         "--push-points", type=positive_int, nargs=2, default=[11, 3], metavar="N",
         help="that stand for the pushes, along that axis and across it (default: 11 3)",
     )  # fmt: skip
+    result.add_argument(
+        "--calm", type=float, default=CALM, metavar="REWARD",
+        help="that a half range more of a control must be worth (default: %(default)s)",
+    )  # fmt: skip
     result.add_argument("--seed", type=natural_int, default=0, help="of the walks that place it")
     result.add_argument("--out", type=Path, metavar="FILE", help="save the table there, .npz")
     result.add_argument("--overwrite", action="store_true", help="replace FILE if it exists")
@@ -74,7 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = find_optimum(
             task, objective=options.objective, counts=options.counts,
             shape=options.shape * 3 if len(options.shape or []) == 1 else options.shape,
-            push_points=tuple(options.push_points), seed=options.seed, progress=progress,
+            push_points=tuple(options.push_points), calm=options.calm, seed=options.seed,
+            progress=progress,
         )  # fmt: skip
     mean, error = found.walked
     print(f"{options.env}, {options.objective} of {found.horizon} strides")

@@ -27,6 +27,7 @@ from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, Grid
 from powered_walker_env.poincare.stochastic.programming import (
+    CALM,
     Problem,
     about,
     decided_place,
@@ -130,6 +131,7 @@ def optimum(
     refinements: int = 3,
     branches: int = 9,
     push_points: int | tuple[int, int] = (11, 3),
+    calm: float = CALM,
     grid: Grid | None = None,
     seed: int = 0,
     progress: Progress | None = None,
@@ -152,6 +154,8 @@ def optimum(
         refinements: rounds after that, two or more, each with the controls about the best at half
             the distance.
         branches, push_points: see `step_law`.
+        calm: reward that a half range more of a control must be worth for the policy: smooth
+            tables walk better between their nodes. The values know nothing of it.
         grid: on a section ahead of every switch; placed where the optimum walks if left out.
         seed: of the walks that place it.
         progress: called with the strides done and those in all, for each table.
@@ -166,7 +170,8 @@ def optimum(
     law = regulate(gait, half_range)
     numbers, nodes = _counts(counts, len(law.nominal)), _shape(shape)
     on = decided_place(gait, law.high, noise)
-    problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points, progress)
+    problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points, progress,
+                      calm)  # fmt: skip
     box = placed(problem, on, seed) if grid is None else grid
     if grid is None:
         usual = SHAPE if box.aligned else EVEN

@@ -74,6 +74,7 @@ class Problem:
     branches: int
     push_points: int | tuple[int, int]
     progress: Progress | None
+    calm: float = CALM
 
     @property
     def roughly(self) -> Problem:
@@ -120,7 +121,7 @@ class Problem:
         effort = (away**2).sum(axis=-1)
         nodes = np.repeat(np.arange(table.grid.size), np.diff(table.begin))
         each = effort[table.choice] if choices.ndim == 2 else effort[nodes, table.choice]
-        calm = replace(table, reward=(table.reward - CALM * each).astype(np.float32))
+        calm = replace(table, reward=(table.reward - self.calm * each).astype(np.float32))
         return calm.best(before, self.discount)[1]
 
     def start(self, table: Law, values: Array, outside: float = 0.0) -> float:
