@@ -17,7 +17,7 @@ SINGLE = "powered_walker_env.envs.walker:PoweredWalkerEnv"
 VECTOR = "powered_walker_env.envs.vector:PoweredWalkerVectorEnv"
 #: Environment id to (preset, mean return of 100 episodes that counts as solved). It is 0.9 of the
 #: optimum's return (`controllers/optima/`) on round feet and with knees, and of what the optimum's
-#: policy walks for the two others, whose optimum is known within a tenth, and roughly.
+#: policy walks, a lower bound, for the two others, whose optimum is not resolved.
 ENVIRONMENTS: dict[str, tuple[str, float]] = {
     "PoweredWalker-v0": ("camp1997", 50.9),
     "PoweredWalkerRoundFoot-v0": ("round-foot", 88.0),
