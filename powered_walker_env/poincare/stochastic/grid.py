@@ -161,7 +161,7 @@ class Grid:
     @property
     def counted_curve(self) -> Array:
         """(8,) the curve's c, with straight places counted in nodes, and the middle's place."""
-        middle = 0.5 * (np.array(self.table_shape) - 1.0)
+        middle: Array = 0.5 * (np.array(self.table_shape, np.float64) - 1.0)
         half = np.maximum(middle, 0.5)
         c = np.array(self.curve)
         per = [half[1], half[2], half[1] ** 2 / half[0], half[1] * half[2] / half[0],
@@ -170,7 +170,7 @@ class Grid:
         return counted
 
     def _along(self, changes: Array) -> Array:
-        along: Array = np.linalg.solve(self.frame, changes.T).T
+        along: Array = np.linalg.solve(self.frame, changes.T).T.astype(np.float64)
         return along
 
     def _counted(self, shares: NDArray[Any]) -> Array:
