@@ -5,8 +5,8 @@ whose walker is pushed, or driven with noise, at every step and seen as it is. S
 slope or a walker that differs from episode to episode, and ground whose height is drawn at every
 landing leave more to know than three numbers: for these it is no optimum, and is refused.
 
-One table is shipped with the package: of the environment whose optimum its refinement pins down
-(`SHIPPED`); `python -m agents.optimum` makes it, and others.
+Tables of the registered environments come with the package (`SHIPPED`), each with its error and
+what its policy walks; `python -m agents.optimum` makes them, and others.
 """
 
 from __future__ import annotations
@@ -19,19 +19,23 @@ import numpy as np
 
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum, StepNoise, find_gait, optimum
-from powered_walker_env.poincare.stochastic.steps import Progress
+from powered_walker_env.poincare.stochastic.steps import Progress, Reward
 from powered_walker_env.results import load_result
 from powered_walker_env.simulation.strides import Array
 
 FOLDER = Path(__file__).parent / "optima"
 #: The tables that come with the package.
-SHIPPED = ("round-foot-light.npz",)
+SHIPPED = tuple(sorted(path.name for path in FOLDER.glob("*.npz")))
 STRIDES = 100  # of an episode
 HINT = "make a table with python -m agents.optimum --env ID --out FILE.npz and give the file"
 
 
 class Optimal:
     """Controls out of an optimum's table, linear between its nodes.
+
+    Where the values fall off steeply between the nodes (`looks_ahead` of the optimum) they are
+    the best of some by one exact stride and the table's values after it: a third of a
+    millisecond a decision.
 
     Args:
         task: of the environment (`env.unwrapped.task`).
@@ -47,7 +51,7 @@ class Optimal:
             raise ValueError(
                 f"found must be the optimum of this task, got one with {reason}; {HINT}"
             )
-        self._policy = self.found.policy
+        self._policy = self.found.policy(deviation_of(task) if self.found.rewarded else None)
         self._gait, self._scale = task.gait[0], task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
 
@@ -84,17 +88,23 @@ def find_optimum(
         )
     if len(task.gait) != 1:
         raise ValueError(f"task must have a gait of one stride, got one of {len(task.gait)}")
+    gait = find_gait(task.params, task.control, task.gait[0].tolist())
+    return optimum(
+        gait, task.half_range.tolist(), noise, progress=progress,
+        reward=deviation_of(task) if objective == "return" else None,
+        **{"horizon": STRIDES, **settings},
+    )  # fmt: skip
+
+
+def deviation_of(task: Task) -> Reward:
+    """The reward "deviation" of a task, of post-strike states (N, 4)."""
 
     def deviation(states: Array) -> Array:
         away = (states - task.gait[0]) / task.scale
         worth: Array = np.exp(-0.5 * np.einsum("ij,ij->i", away, away))
         return worth
 
-    gait = find_gait(task.params, task.control, task.gait[0].tolist())
-    return optimum(
-        gait, task.half_range.tolist(), noise, progress=progress,
-        reward=deviation if objective == "return" else None, **{"horizon": STRIDES, **settings},
-    )  # fmt: skip
+    return deviation
 
 
 def noise_of(task: Task) -> StepNoise:

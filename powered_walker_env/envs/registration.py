@@ -15,15 +15,14 @@ if TYPE_CHECKING:
 MAX_EPISODE_STEPS = 100  # strides
 SINGLE = "powered_walker_env.envs.walker:PoweredWalkerEnv"
 VECTOR = "powered_walker_env.envs.vector:PoweredWalkerVectorEnv"
-#: Environment id to (preset, mean return of 100 episodes that counts as solved). Every seed of
-#: PPO with `configs/ppo.yml` reaches it on round feet (91.6 to 93.2) and with knees (82.4 to
-#: 87.1); of the two others, whose ceiling is not known, it is above what a linear regulator
-#: reaches (31.9 and 8.5).
+#: Environment id to (preset, mean return of 100 episodes that counts as solved). It is 0.9 of the
+#: optimum's return (`controllers/optima/`) on round feet and with knees, and of what the optimum's
+#: policy walks, a lower bound, for the two others, whose optimum is not resolved.
 ENVIRONMENTS: dict[str, tuple[str, float]] = {
-    "PoweredWalker-v0": ("camp1997", 33.0),
-    "PoweredWalkerRoundFoot-v0": ("round-foot", 90.0),
-    "PoweredWalkerAsPublished-v0": ("camp1997-as-published", 9.0),
-    "PoweredWalkerKneed-v0": ("kneed", 80.0),
+    "PoweredWalker-v0": ("camp1997", 50.9),
+    "PoweredWalkerRoundFoot-v0": ("round-foot", 88.0),
+    "PoweredWalkerAsPublished-v0": ("camp1997-as-published", 11.4),
+    "PoweredWalkerKneed-v0": ("kneed", 81.7),
 }
 
 

@@ -120,6 +120,8 @@ def capture(
     numbers = tuple(whole_number("counts", count, 2) for count in given)
     noise = StepNoise(push=push)
     box = _around(gait, law.high, noise, whole_number("shape", shape, 3)) if grid is None else grid
+    if box.aligned:
+        raise ValueError("grid must not be curved where boxes of it are counted, got one that is")
     choices = controls_between(law.low, law.high, numbers)
     table = step_law(
         gait.params, gait.control, box, noise, choices=choices, push_points=1, progress=progress

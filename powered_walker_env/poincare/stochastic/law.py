@@ -33,7 +33,7 @@ class Law:
     begin: NDArray[np.int64] = field(repr=False)  # (N + 1,) the first row of each node
     choice: NDArray[np.int32] = field(repr=False)  # (M,) number of the choice
     weight: Array = field(repr=False)  # (M,) of the branch
-    mean: Singles = field(repr=False)  # (M, 3) in nodes
+    mean: Singles = field(repr=False)  # (M, 3) in nodes, before the grid's curve
     gain: Singles = field(repr=False)  # (M, 3, 2) in nodes by a standard deviation
     reward: Singles = field(repr=False)  # (M,) expected, if it walks
     points: Array = field(repr=False)  # (Q, 2) of ξ
@@ -75,9 +75,9 @@ class Law:
         def work(part: slice) -> None:
             first, beyond, _ = part.indices(self.grid.size)
             best_choices(
-                first, beyond, table, bends, counts, self.begin, self.choice, self.weight,
-                self.mean, self.gain, self.reward, self.points, self.weights, discount, outside,
-                gain, best, chosen,
+                first, beyond, table, bends, counts, self.grid.counted_curve, self.begin,
+                self.choice, self.weight, self.mean, self.gain, self.reward, self.points,
+                self.weights, discount, outside, gain, best, chosen,
             )  # fmt: skip
 
         run_in_slices(work, self.grid.size)
@@ -122,8 +122,8 @@ class Law:
         index = np.empty(8 * size, np.int64)
         share = np.empty(8 * size)
         spread(
-            np.array(self.grid.table_shape), self.weight, self.mean, self.gain, self.points,
-            self.weights, index, share,
+            np.array(self.grid.table_shape), self.grid.counted_curve, self.weight, self.mean,
+            self.gain, self.points, self.weights, index, share,
         )  # fmt: skip
         rows = np.repeat(nodes, 8 * len(self.weights))
         there = share > 0.0
@@ -132,15 +132,31 @@ class Law:
         return matrix.tocsr()
 
 
-def normal_points(count: int) -> tuple[Array, Array]:
-    """(Q, 2) points and (Q,) weights of two standard normal numbers, Q = count².
+def normal_points(counts: int | tuple[int, int]) -> tuple[Array, Array]:
+    """(Q, 2) points and (Q,) weights of two standard normal numbers, Q the counts' product.
 
     Gauss and Hermite's: exact for polynomials of a degree below 2·count in each.
     """
-    x, w = np.polynomial.hermite_e.hermegauss(count)
-    w = w / w.sum()
-    points = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
-    return points, np.outer(w, w).ravel()
+    pair = (counts, counts) if isinstance(counts, int | np.integer) else counts
+    (x, v), (y, w) = (np.polynomial.hermite_e.hermegauss(count) for count in pair)
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return points, np.outer(v / v.sum(), w / w.sum()).ravel()
+
+
+def turned(gain: Array) -> Array:
+    """(M, 3, 2) the same noise with its first number along the first axis, the second not at all.
+
+    Two independent normal numbers may be turned: points may be many along the axis where values
+    change fast, and few across it.
+    """
+    along, across = gain[:, 0, 0], gain[:, 0, 1]
+    size = np.hypot(along, across)
+    still = size == 0.0
+    cos = np.where(still, 1.0, along) / np.where(still, 1.0, size)
+    sin = np.where(still, 0.0, across) / np.where(still, 1.0, size)
+    first = gain[:, :, 0] * cos[:, np.newaxis] + gain[:, :, 1] * sin[:, np.newaxis]
+    second = gain[:, :, 1] * cos[:, np.newaxis] - gain[:, :, 0] * sin[:, np.newaxis]
+    return np.stack([first, second], axis=2)
 
 
 def second_differences(values: Array, shape: tuple[int, int, int]) -> Array:

@@ -24,9 +24,8 @@ from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.sections import Section
-from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, Grid
-from powered_walker_env.poincare.stochastic.law import Law, normal_points
+from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, AnySection, Grid
+from powered_walker_env.poincare.stochastic.law import Law, normal_points, turned
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array, run_batch
 from powered_walker_env.simulation.walked import StrideBatch
@@ -101,7 +100,7 @@ class Stepper(NamedTuple):
     rtol: float
 
     @property
-    def section(self) -> Section:
+    def section(self) -> AnySection:
         """The grid's."""
         assert self.grid.section is not None
         return self.grid.section
@@ -112,18 +111,18 @@ class Stepper(NamedTuple):
         return run_batch(scheme.cycle, states, scheme.rows(numbers), row, heights, self.rtol)
 
     def landed(self, states: Array) -> tuple[Array, Array]:
-        """(N, 3) places of post-strike states on the grid, and (N, 3, 2) by a push, in nodes.
+        """(N, 3) straight places of post-strike states, and (N, 3, 2) by a push, in nodes.
 
         NaN where the swing does not come to the section.
         """
-        places = self.grid.places(self.section.points(states, self.rtol))
+        places = self.grid.straight_places(self.section.points(states, self.rtol))
         gains = np.zeros((len(states), DIMENSIONS, 2))
         if self.noise.push > 0.0:
             steps = STENCIL * natural_units(self.params)[RATES]
             for j in range(2):
                 moved = states.copy()
                 moved[:, 2 + j] += steps[j]
-                beside = self.grid.places(self.section.points(moved, self.rtol))
+                beside = self.grid.straight_places(self.section.points(moved, self.rtol))
                 gains[:, :, j] = (beside - places) * (self.noise.push / steps[j])
         return places, gains
 
@@ -148,7 +147,7 @@ def step_law(
     choices: Array | None = None,
     reward: Reward | None = None,
     branches: int = 33,
-    push_points: int = 5,
+    push_points: int | tuple[int, int] = 5,
     rtol: float = FATE_RTOL,
     progress: Progress | None = None,
 ) -> Law:
@@ -160,10 +159,12 @@ def step_law(
             choices any control of the scheme that they are numbers of.
         grid: on a section (`Section`): a hip angle where the ground is not level.
         noise: what disturbs every step.
-        choices: (A, k) numbers of the controls to choose from; left out, the control decides.
+        choices: (A, k) numbers of the controls to choose from, or (N, A, k) for each node; left
+            out, the control decides.
         reward: of post-strike states, pushes included; a stride walked counts 1 if left out.
         branches: heights, and strengths, that stand for their normal draws.
-        push_points: of Gauss and Hermite for each of the two rates pushed.
+        push_points: of Gauss and Hermite for each of the two rates pushed; or two counts, along
+            the grid's first axis and across it.
         rtol: of the strides.
         progress: called with the strides done and those in all.
 
@@ -175,14 +176,18 @@ def step_law(
         normal_points(push_points) if noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
     )
     drawn = branches_of(noise, branches)
-    stepper = Stepper(params, control, grid, noise, rtol)
-    states, each = grid.states, len(drawn.share) * (1 if choices is None else len(choices))
+    stepper, turn = Stepper(params, control, grid, noise, rtol), isinstance(push_points, tuple)
+    states = grid.states
+    each = len(drawn.share) * (1 if choices is None else choices.shape[-2])
     size = max(1, CHUNK // each)
     parts = []
     for first in range(0, len(states), size):
         some = states[first : first + size]
-        numbers = numbers_for(control, some)[:, np.newaxis] if choices is None else choices
-        parts.append(_rows(stepper, some, numbers, drawn, reward, points, weights))
+        if choices is None:
+            numbers = numbers_for(control, some)[:, np.newaxis]
+        else:
+            numbers = choices[first : first + size] if choices.ndim == 3 else choices
+        parts.append(rows_from(stepper, some, numbers, drawn, reward, points, weights, turn))
         if progress is not None:
             progress(min(first + size, len(states)) * each, len(states) * each)
     counts, choice, share, mean, gain, worth = (
@@ -213,14 +218,14 @@ def check_section(grid: Grid, noise: StepNoise) -> None:
         )
 
 
-def _rows(
+def rows_from(
     stepper: Stepper, states: Array, numbers: Array, drawn: Branches, reward: Reward | None,
-    points: Array, weights: Array,
+    points: Array, weights: Array, turn: bool,
 ) -> tuple[NDArray[Any], ...]:  # fmt: skip
     """(counts of rows by node, and the rows' columns) from some nodes.
 
     Args:
-        numbers: (A, k) choices at every node, or (n, 1, k) one at each.
+        numbers: (A, k) choices at every node, or (n, A, k) at each its own.
     """
     n, a, b = len(states), numbers.shape[-2], len(drawn.share)
     scheme = scheme_of(stepper.kind)
@@ -237,6 +242,7 @@ def _rows(
     rows = np.flatnonzero(batch.walked)
     landed = batch.state[rows]
     mean, gain = stepper.landed(landed)
+    gain = turned(gain) if turn else gain
     worth = stepper.worth(landed, reward, points, weights)
     # A stride that walked is worth its reward even if nothing follows: its place is off the grid.
     gone = np.isnan(mean).any(axis=1) | np.isnan(gain).any(axis=(1, 2))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from powered_walker_env.compiled.decorators import internal, kernel
@@ -36,12 +38,21 @@ def _value_at(values, bends, counts, a, b, c, outside):
     return min(max(found, low), high)
 
 
+@internal
+def _curved(curve, a, b, c):
+    """The first place, counted in nodes, as a grid's curve has it (`Grid.counted_curve`)."""
+    x, y, z = a - curve[5], b - curve[6], c - curve[7]
+    level = y * (curve[2] * y + curve[3] * z) + curve[4] * z * z
+    return curve[5] + x * math.exp(curve[0] * y + curve[1] * z) + level
+
+
 @kernel
 def best_choices(
-    first, beyond, values, bends, counts, begin, choice, weight, mean, gain, reward, points,
+    first, beyond, values, bends, counts, curve, begin, choice, weight, mean, gain, reward, points,
     weights, discount, outside, factor, best, chosen,
 ):  # fmt: skip
     """`Law.best` of the nodes from `first` to before `beyond`."""
+    bent = np.any(curve[:5] != 0.0)
     for node in range(first, beyond):
         greatest, winner, total, current = 0.0, -1, 0.0, -1
         for row in range(begin[node], begin[node + 1]):
@@ -55,6 +66,8 @@ def best_choices(
                 a = mean[row, 0] + gain[row, 0, 0] * u + gain[row, 0, 1] * v
                 b = mean[row, 1] + gain[row, 1, 0] * u + gain[row, 1, 1] * v
                 c = mean[row, 2] + gain[row, 2, 0] * u + gain[row, 2, 1] * v
+                if bent:
+                    a = _curved(curve, a, b, c)
                 expected += weights[q] * _value_at(values, bends, counts, a, b, c, outside)
             total += weight[row] * (factor * reward[row] + discount * expected)
         if current >= 0 and (winner < 0 or total > greatest):
@@ -63,16 +76,19 @@ def best_choices(
 
 
 @kernel
-def spread(counts, weight, mean, gain, points, weights, index, share):
+def spread(counts, curve, weight, mean, gain, points, weights, index, share):
     """The nodes and shares that each row and point of ξ leads to; share 0 off the grid."""
     n, m, o = counts[0], counts[1], counts[2]
     number = 0
+    bent = np.any(curve[:5] != 0.0)
     for row in range(weight.shape[0]):
         for q in range(weights.shape[0]):
             u, v = points[q, 0], points[q, 1]
             a = mean[row, 0] + gain[row, 0, 0] * u + gain[row, 0, 1] * v
             b = mean[row, 1] + gain[row, 1, 0] * u + gain[row, 1, 1] * v
             c = mean[row, 2] + gain[row, 2, 0] * u + gain[row, 2, 1] * v
+            if bent:
+                a = _curved(curve, a, b, c)
             inside = a >= 0.0 and b >= 0.0 and c >= 0.0
             inside = inside and a <= n - 1 and b <= m - 1 and c <= o - 1
             i, j, k = 0, 0, 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import scipy.ndimage
@@ -15,6 +14,8 @@ from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array
+
+NEAR = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # of the step, controls tried about one
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,21 +42,37 @@ class TablePolicy:
         return self.grid.at(self.numbers, points)
 
 
-def table_policy(
-    grid: Grid, choice: NDArray[Any], choices: Array, gait: Gait, high: Array
-) -> TablePolicy:
-    """The policy of choices (N,) out of controls (A, k); who falls anyway goes as its neighbour."""
-    bad, chosen = (choice < 0).reshape(grid.table_shape), choice.reshape(grid.table_shape)
-    if bad.any() and not bad.all():
-        nearest = scipy.ndimage.distance_transform_edt(
-            bad, return_distances=False, return_indices=True
-        )
-        chosen = chosen[tuple(nearest)]
-    numbers = choices[np.maximum(chosen.ravel(), 0)]
+def table_policy(grid: Grid, numbers: Array, gait: Gait, high: Array) -> TablePolicy:
+    """The policy of controls (N, k) at the nodes."""
     return TablePolicy(grid, numbers, scheme_of(gait.control).name, high)
+
+
+def filled(grid: Grid, known: NDArray[np.bool_], numbers: Array) -> Array:
+    """(N, k) numbers where they are known (N,), and those of the nearest node that has them."""
+    unknown = ~known.reshape(grid.table_shape)
+    if not unknown.any() or unknown.all():
+        return numbers
+    nearest = scipy.ndimage.distance_transform_edt(
+        unknown, return_distances=False, return_indices=True
+    )
+    rows = np.arange(grid.size).reshape(grid.table_shape)[tuple(nearest)]
+    return numbers[rows.ravel()]
 
 
 def controls_between(low: Array, high: Array, counts: Sequence[int]) -> Array:
     """(A, k) the controls of a grid between bounds, the last number running fastest."""
     axes = [np.linspace(*ends) for ends in zip(low, high, counts, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def controls_about(numbers: Array, step: float, low: Array, high: Array) -> Array:
+    """(N, A, k) controls about those of (N, k), which are in the middle, within bounds.
+
+    Args:
+        step: how far from them, in half ranges.
+    """
+    k = numbers.shape[1]
+    near = np.stack(np.meshgrid(*[NEAR] * k, indexing="ij"), axis=-1).reshape(-1, k)
+    about = numbers[:, np.newaxis] + near * (step * 0.5 * (high - low))
+    clipped: Array = np.clip(about, low, high)
+    return clipped

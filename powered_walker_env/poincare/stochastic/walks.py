@@ -14,8 +14,7 @@ from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
 from powered_walker_env.model.state import check_state
 from powered_walker_env.model.walker import WalkerParams
-from powered_walker_env.poincare.sections import Section
-from powered_walker_env.poincare.stochastic.grid import Grid
+from powered_walker_env.poincare.stochastic.grid import AnySection, Grid
 from powered_walker_env.poincare.stochastic.steps import RATES, Reward, StepNoise
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array, run_batch
@@ -99,7 +98,7 @@ def disturbed_walks(
 
 def visits(
     params: WalkerParams, control: AnyControl | Policy | None, noise: StepNoise,
-    start: Sequence[float], section: Section, *, strides: int = 100, walks: int = 2000,
+    start: Sequence[float], section: AnySection, *, strides: int = 100, walks: int = 2000,
     seed: int = 0, rtol: float = FATE_RTOL,
 ) -> tuple[Walks, Visits]:  # fmt: skip
     """The same walks, and where they were on a section at every decision."""
@@ -113,7 +112,7 @@ def visits(
 def _walk(
     params: WalkerParams, control: AnyControl | Policy | None, noise: StepNoise,
     start: Sequence[float], strides: int, walks: int, seed: int, reward: Reward | None,
-    rtol: float, section: Section | None,
+    rtol: float, section: AnySection | None,
 ) -> tuple[Walks, list[tuple[Array, NDArray[np.int64], NDArray[np.int64]]]]:  # fmt: skip
     strides, walks = whole_number("strides", strides, 1), whole_number("walks", walks, 1)
     rng = np.random.default_rng(seed)
@@ -154,7 +153,7 @@ def disturbed_strides(
 
 
 def grid_around(
-    points: Array, section: Section, shape: Sequence[int], tail: float = TAIL,
+    points: Array, section: AnySection | None, shape: Sequence[int], tail: float = TAIL,
     margin: float = MARGIN,
 ) -> Grid:  # fmt: skip
     """The grid whose box, along the cloud's own axes, holds all points but the tails.
