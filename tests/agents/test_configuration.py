@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import torch
 
+from agents.command import CONFIGS
 from agents.configuration import Settings, read_settings, study_seeds
 from agents.zoo import linear_schedule, python_literal
 from powered_walker_env import ENVIRONMENTS
@@ -30,6 +31,12 @@ def test_the_shipped_configurations_cover_every_environment(algo: str, env_id: s
     assert settings.n_timesteps > 1000
     assert settings.every == settings.n_timesteps // 10
     assert settings.model_kwargs(2)["policy"] == "MlpPolicy"
+
+
+@pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
+def test_rough_pushes_have_a_file_of_their_own(env_id: str) -> None:
+    settings = read_settings("ppo", env_id, CONFIGS / "ppo-rough.yml")
+    assert settings.env_kwargs == {"disturbance": "rough"}
 
 
 def test_the_zoo_format(tmp_path: Path) -> None:
