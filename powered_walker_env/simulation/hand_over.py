@@ -16,7 +16,7 @@ from powered_walker_env.model.mechanics.guards import FIRST_FALL, KNEE_STRIKE, f
 from powered_walker_env.model.phases import EXITS, MAX_EXITS, Outcome
 from powered_walker_env.simulation.directions import begin, write_derivatives
 from powered_walker_env.simulation.events import over_at_once
-from powered_walker_env.simulation.lockstep import enter, flow_at, place, rest, row_of
+from powered_walker_env.simulation.lockstep import IDLE, enter, flow_at, place, row_of
 from powered_walker_env.simulation.poses import pose_here
 from powered_walker_env.simulation.record import write_log, write_row
 from powered_walker_env.simulation.resets import AFTER, BEFORE, CONTINUE, WITH, apply_resets
@@ -28,6 +28,14 @@ from powered_walker_env.simulation.watching import along, watch_here
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
 STEP_LIMIT, KNEE_FOLDED = int(Outcome.STEP_LIMIT), int(Outcome.KNEE_FOLDED)
 MAX_PHASES = 16  # of one stride
+
+
+@once
+def _rest(s, lane):
+    """Nothing is left to do for this lane."""
+    s.number[0, lane] = IDLE
+    s.busy[0, lane] = 0.0
+    s.target[0, lane] = 0.0
 
 
 @once
@@ -44,7 +52,7 @@ def next_stride(s, w, sums, lane, queue, batch, d):
             s.final[i, lane] = s.struck[i, lane]
         s.final_thigh[0, lane], s.final_thigh[1, lane] = s.final[2, lane], s.final[5, lane]
         _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
-    rest(s, lane)
+    _rest(s, lane)
     return batch.strides
 
 

@@ -210,14 +210,6 @@ def place(s, w, lane, index, batch):
 
 
 @once
-def rest(s, lane):
-    """Nothing is left to do for this lane."""
-    s.number[0, lane] = IDLE
-    s.busy[0, lane] = 0.0
-    s.target[0, lane] = 0.0
-
-
-@once
 def enter(s, w, mask, batch):
     """Begin phases of the cycle from the poses in s.struck: their chains, drives and guards.
 
