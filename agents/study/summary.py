@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from agents.study.cells import OPEN_LOOP, OPTIMAL
+from agents.study.cells import OPEN_LOOP, OPTIMAL, Cell
 from agents.study.intervals import Stratum, interquartile_mean
 from agents.study.records import DONE, REFUSED, Record
-from powered_walker_env.controllers import Estimate
+from powered_walker_env.controllers import Estimate, Optimal
+from powered_walker_env.controllers.evaluation import task_of
 
 #: Values of single runs that a row has the median of: (measure, name) by the row's name.
 MEDIANS = {
@@ -99,8 +101,13 @@ def over_all(records: Sequence[Record], level: str, resamples: int) -> dict[str,
 def bounds(
     groups: dict[Key, list[Record]], env_id: str, level: str
 ) -> tuple[list[float], list[float]] | None:
-    """Returns of the open loop and of the optimum, episode by episode; None if one is missing."""
+    """Returns of the open loop and of the optimum, episode by episode; None if one is missing.
+
+    Or if the optimum is not resolved: what its table walks is but the best that is known.
+    """
     columns = []
+    if not resolved(env_id, level):
+        return None
     for name in (OPEN_LOOP, OPTIMAL):
         done = _done(groups.get((env_id, level, name), []))
         if not done:
@@ -109,6 +116,16 @@ def bounds(
     if len(columns[0]) != len(columns[1]) or not np.mean(columns[1]) > np.mean(columns[0]):
         return None
     return columns[0], columns[1]
+
+
+@cache
+def resolved(env_id: str, level: str) -> bool:
+    """Whether the optimum that comes with the package is known to a tenth."""
+    cell = Cell(env_id, level, OPTIMAL)
+    try:
+        return Optimal(task_of(env_id, **cell.env_kwargs)).found.resolved
+    except ValueError:
+        return False
 
 
 def median_of(group: Sequence[Record], measure: str, name: str) -> tuple[float | None, int]:

@@ -14,11 +14,8 @@ from powered_walker_env.controllers.evaluation import (
     paired_difference,
     share_estimate,
 )
-from powered_walker_env.controllers.scores import (
-    OPEN_LOOP_NAME,
-    OPTIMUM_NAME,
-    normalised_score,
-)
+from powered_walker_env.controllers.optimal import OPTIMUM_NAME
+from powered_walker_env.controllers.scores import OPEN_LOOP_NAME, normalised_score
 from powered_walker_env.model.phases import Outcome
 from powered_walker_env.tabular import aligned
 

@@ -16,8 +16,8 @@ from powered_walker_env.controllers.look_ahead import LookAhead
 from powered_walker_env.controllers.lqr import LQR
 from powered_walker_env.controllers.network import load_network
 from powered_walker_env.controllers.one_number import OneNumber
-from powered_walker_env.controllers.optimal import Optimal
-from powered_walker_env.controllers.scores import OPEN_LOOP_NAME, OPTIMUM_NAME
+from powered_walker_env.controllers.optimal import OPTIMUM_NAME, Optimal
+from powered_walker_env.controllers.scores import OPEN_LOOP_NAME
 from powered_walker_env.controllers.tuned_open_loop import TunedOpenLoop
 from powered_walker_env.envs.paths import imported
 from powered_walker_env.envs.task import Task
@@ -71,7 +71,8 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
         return str(getattr(source, "__name__", type(source).__name__)), controller
     if source in NAMED:
         label, make = NAMED[str(source)]
-        return label, make(task)
+        controller = make(task)
+        return controller.name if isinstance(controller, Optimal) else label, controller
     if re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*", str(source)):
         return str(source), _controller_at(str(source))
     return _saved(Path(source), task, env_id)
@@ -93,7 +94,8 @@ def _saved(path: Path, task: Task, env_id: str | None) -> tuple[str, Controller]
     folder = path.absolute().parent.name
     label = folder if path.name in (POLICY, BEST_MODEL) else f"{folder}/{path.stem}"
     if path.suffix == ".npz" and holds_result(path):
-        return OPTIMUM_NAME, Optimal(task, _optimum_in(path))
+        optimal = Optimal(task, _optimum_in(path))
+        return optimal.name, optimal
     if path.suffix == ".npz":
         network = load_network(path)
         _check_spaces(path, (4,), (network.actions,), task)

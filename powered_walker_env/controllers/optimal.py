@@ -27,6 +27,7 @@ FOLDER = Path(__file__).parent / "optima"
 #: The tables that come with the package.
 SHIPPED = tuple(sorted(path.name for path in FOLDER.glob("*.npz")))
 STRIDES = 100  # of an episode
+OPTIMUM_NAME, BEST_KNOWN_NAME = "optimum", "best known"  # in tables
 HINT = "make a table with python -m agents.optimum --env ID --out FILE.npz and give the file"
 
 
@@ -54,6 +55,11 @@ class Optimal:
         self._policy = self.found.policy(deviation_of(task) if self.found.rewarded else None)
         self._gait, self._scale = task.gait[0], task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
+
+    @property
+    def name(self) -> str:
+        """In tables: whether it is the optimum, or the best that is known."""
+        return OPTIMUM_NAME if self.found.resolved else BEST_KNOWN_NAME
 
     def predict(self, observation: Any, *_: Any, deterministic: bool = True) -> tuple[Array, None]:
         """The best actions, as far as the observations are not clipped."""

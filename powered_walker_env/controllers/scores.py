@@ -20,10 +20,10 @@ from powered_walker_env.controllers.evaluation import (
     evaluate,
     walkers_of,
 )
-from powered_walker_env.controllers.optimal import Optimal
+from powered_walker_env.controllers.optimal import OPTIMUM_NAME, Optimal
 from powered_walker_env.poincare import Optimum
 
-OPEN_LOOP_NAME, OPTIMUM_NAME = "open loop", "optimum"  # in tables
+OPEN_LOOP_NAME = "open loop"  # in tables
 BLOCK = 1000  # resamples at once
 
 
@@ -79,10 +79,15 @@ def benchmark_score(
         **env_kwargs: arguments of the environment.
 
     Raises:
-        ValueError: an environment without a known optimum, or as `evaluate`.
+        ValueError: an environment whose optimum is not known, or as `evaluate`.
     """
     task = walkers_of(env, 1, **env_kwargs)[0].task
     best = Optimal(task, optimum)
+    if optimum is None and best.name != OPTIMUM_NAME:
+        raise ValueError(
+            f"env must have a known optimum for a score, got {env!r} with {best.found!r}: give "
+            "that as optimum to have the share of the best known"
+        )
     walks = [
         evaluate(each, env, episodes, seed, **env_kwargs)
         for each in (controller, OpenLoop(len(task.nominal)), best)

@@ -141,6 +141,16 @@ def test_tasks_without_a_table_say_what_to_do(kwargs: dict[str, Any], message: s
         load_controller("optimal", task_of(ROUND_FOOT, **kwargs))
 
 
+def test_there_is_no_score_where_the_optimum_is_not_resolved() -> None:
+    name, controller = load_controller("optimal", task_of("PoweredWalker-v0"))
+    assert isinstance(controller, Optimal)
+    assert name == "best known" and controller.found.walked[0] < controller.found.value
+    with pytest.raises(ValueError, match="env must have a known optimum for a score"):
+        benchmark_score(OpenLoop(), "PoweredWalker-v0", 3)
+    share = benchmark_score(OpenLoop(), "PoweredWalker-v0", 20, optimum=controller.found)
+    assert share.mean == 0.0
+
+
 def test_what_makes_no_sense_is_refused(walks: dict[str, Evaluation]) -> None:
     with pytest.raises(ValueError, match="objective must be 'return' or 'strides'"):
         find_optimum(TASK, objective="speed")
@@ -164,6 +174,6 @@ def test_the_command_makes_a_table(tmp_path: Path, capsys: pytest.CaptureFixture
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         name, _ = load_controller(path, task_of(ROUND_FOOT, preset="toe-off"))
-    assert name == "optimum"
+    assert name == "best known"  # so small a table promises what it does not walk
     with pytest.raises(ValueError, match=r"--out must end in \.npz"):
         make_optimum(["--out", str(tmp_path / "table.zip")])

@@ -49,6 +49,7 @@ SHAPE, EVEN = (48, 10, 6), (18, 18, 18)  # of a grid that is aligned, and of one
 UNITS = 32767  # of the stored controls in a half range
 WALKS, FEWER, TRIAL = 10_000, 1000, 200  # plain ones: of a table, looking ahead, to choose
 WORTH = 0.02  # of the sum, that looking ahead must bring more
+RESOLVED = 0.1  # of the value, that its error may be
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,11 @@ class Optimum:
         """
         grid, controls = abs(self.value - self.coarser), abs(self.value - self.fewer) / 3.0
         return max(grid + controls, abs(self.value - self.walked[0]), 3.0 * self.walked[1])
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the value is known to a tenth; if not, what was walked is a lower bound."""
+        return self.error <= RESOLVED * abs(self.value)
 
     @property
     def table(self) -> TablePolicy:
