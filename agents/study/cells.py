@@ -103,6 +103,10 @@ LEFT_OUT = (
         "walkers more than the two hours; at this level PPO stands for the learners",
     ),
     LeftOut(
+        ("tqc", "crossq"), ("PoweredWalkerAsPublished-v0",), (LIGHT,),
+        "they take a minute of a core each, and PPO and SAC show how little there is to win there",
+    ),
+    LeftOut(
         ("apg",), EVERYWHERE, (ROUGH,),
         "its first-order models of walks hold for pushes as small as the light ones",
     ),
