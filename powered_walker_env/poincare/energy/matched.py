@@ -62,7 +62,7 @@ def gait_at(
     passive = passive_gaits(level, speed)
     if not passive:
         raise GaitNotFoundError(
-            f"no gait of {preset_name!r} has speed = {speed!r} on any slope, "
+            f"no gait of {preset_name!r} has {speed:.4g} m/s on any slope, "
             f"from which {scheme!r} would begin"
         )
     if powered.control is None:
@@ -121,7 +121,7 @@ def _on_the_level(passive: Gait, powered: Scheme, speed: float) -> Gait:
             if step < 1.0 / FINEST:
                 strength = getattr(found.control, name)
                 raise GaitNotFoundError(
-                    f"no gait with speed = {speed!r} and {name} on the level: on the way there "
+                    f"no gait at {speed:.4g} m/s by {name} on the level: on the way there "
                     f"the last is at slope {found.params.slope:.3g} with {name} = {strength:.4g} "
                     f"({problem})"
                 ) from problem
