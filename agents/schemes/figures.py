@@ -101,7 +101,7 @@ def energy(content: dict[str, Any]) -> Drawing | None:
     figure, panels = _panels(cases, 1, sharex=False)
     parts = (("work", 1, VIOLET, "in: work of motor, push or hip"),
              ("gravity", 1, INK, "in: gravity, on a slope"),
-             ("lost", -1, RED, "out: at the heel strike"),
+             ("lost", -1, RED, "out: at heel and knee strikes"),
              ("braked", -1, ORANGE, "out: braked by the motor"))  # fmt: skip
     for case, (axes,) in zip(cases, panels, strict=True):
         for place, row in enumerate(case["schemes"]):
@@ -111,6 +111,8 @@ def energy(content: dict[str, Any]) -> Drawing | None:
                           label=label if case is cases[0] and place == 0 else None)  # fmt: skip
                 ends[sign] += sign * row[name]
         axes.axvline(0.0, color=INK, linewidth=0.8)
+        reach = 1.05 * max(row["work"] + row["gravity"] for row in case["schemes"])
+        axes.set_xlim(-reach, reach)
         axes.locator_params(axis="x", nbins=7)
     axes.set_xlabel("energy over weight × distance")
     figure.legend(loc="outside lower center", ncols=2)

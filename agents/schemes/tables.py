@@ -34,7 +34,7 @@ def coordination(content: dict[str, Any]) -> list[dict[str, Any]]:
 def efficiency(content: dict[str, Any]) -> list[dict[str, Any]]:
     """Costs of every case, and of the best controls of a motor."""
     header = (
-        "scheme", "its numbers", "step, m", "cost", "braked", "lost at the strike", "electrical",
+        "scheme", "its numbers", "step, m", "cost", "braked", "lost at strikes", "electrical",
         "ideal push here", "largest multiplier",
     )  # fmt: skip
     found = [
@@ -105,7 +105,7 @@ def _refused(content: dict[str, Any]) -> dict[str, Any]:
     for case in content["cases"]:
         for row in case["schemes"]:
             if "reason" in row:
-                words = row["reason"].partition(" (")[0]
+                words = row["reason"].partition(" (")[0].partition(", got ")[0]
                 where.setdefault((case["case"], words), []).append(_name(row["scheme"]))
     rows = [[legs, ", ".join(names), words] for (legs, words), names in where.items()]
     return {"title": "No gait found", "header": ["legs", "schemes", "how far the search came"],

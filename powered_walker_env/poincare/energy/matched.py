@@ -53,8 +53,8 @@ def gait_at(
     if powered.moves_ankle:
         if control is None or scheme_of(control).numbers != powered.numbers:
             raise GaitNotFoundError(
-                f"no gait of {preset_name!r} under {scheme!r} is known to start from: its preset "
-                "has no ankle motor"
+                f"no gait of {preset_name!r} under an ankle motor is known to begin with: its "
+                "preset has no such motor"
             )
         assert powered.control is not None
         first = find_gait(params, powered.control(*dataclasses.astuple(control)), state)
@@ -62,8 +62,8 @@ def gait_at(
     passive = passive_gaits(level, speed)
     if not passive:
         raise GaitNotFoundError(
-            f"no gait of {preset_name!r} has {speed:.4g} m/s on any slope, "
-            f"from which {scheme!r} would begin"
+            f"no passive gait of {preset_name!r} has {speed:.4g} m/s on any slope, where the "
+            "search begins"
         )
     if powered.control is None:
         return passive[0]
