@@ -5,5 +5,5 @@
 - which legs, at which speeds? `cases`; what is measured of a gait? `measures`, its `timing` among
   them, with the clock that the switch might be; what does feedback do? `loops`;
 - what do the two numbers of a motor do? `control_map`;
-- all of it as one JSON: `content`; from it alone: `figures`, and the tables of the pages (`tables`).
+- all of it as one JSON: `content`; from it alone: `figures`, and `tables` of the pages.
 """

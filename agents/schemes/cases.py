@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from powered_walker_env import PRESETS, Gait, GaitNotFoundError, find_gait
-from powered_walker_env.poincare.energy.matched import gait_at, passive_gaits
+from powered_walker_env.poincare.energy import gait_at, passive_gaits
 
 #: In the order of the tables.
 SCHEMES = (

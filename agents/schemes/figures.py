@@ -82,7 +82,9 @@ def costs(content: dict[str, Any]) -> Drawing | None:
             stable = row["spectral_radius"] < 1.0
             look = {"color": COLOURS[row["scheme"]], "alpha": 1.0 if stable else 0.35}
             left.barh(place, row["mechanical"], height=0.65, **look)
-            left.text(row["mechanical"], place, f" {row['mechanical']:.4f}", va="center", fontsize=8)
+            left.text(
+                row["mechanical"], place, f" {row['mechanical']:.4f}", va="center", fontsize=8
+            )
             right.plot(row["spectral_radius"], place, "o", **look)
         right.axvline(1.0, color=GREY, linewidth=0.8)
     left.set(xscale="log", xlabel="mechanical cost of transport")

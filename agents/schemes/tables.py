@@ -120,7 +120,7 @@ def _feedback(content: dict[str, Any]) -> dict[str, Any]:
                 rows.append([case["legs"], name, loop["reason"], *[NONE] * 4])
                 continue
             norm = loop["sensitivity_to_pushes"]
-            sizes = ", ".join(f"{_size(value):.2f}" for value in loop["multipliers"][:3])
+            sizes = ", ".join(f"{_size(value):.3f}" for value in loop["multipliers"][:3])
             rows.append([
                 case["legs"], name, sizes, NONE if norm is None else f"{norm:.3g}",
                 _between(loop["push"]), _between([1e3 * each for each in loop["step"]]),

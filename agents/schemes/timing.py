@@ -33,7 +33,9 @@ def timing(gait: Gait) -> dict[str, Any]:
     phases, start = [], 0.0
     for event in walked.events:
         end = min(event.t / gait.duration, 1.0)
-        phases.append({"name": event.phase, "from": start, "to": end, "torque": torque[event.phase]})
+        phases.append(
+            {"name": event.phase, "from": start, "to": end, "torque": torque[event.phase]}
+        )
         start = end
     passed = int(np.argmax(walked.q[:, 2] < math.pi))
     found: dict[str, Any] = {

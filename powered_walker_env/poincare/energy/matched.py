@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from powered_walker_env.model.powering import AnyControl, HipTorque, Scheme, scheme_named, scheme_of
+from powered_walker_env.model.powering import AnyControl, Scheme, scheme_named, scheme_of
 from powered_walker_env.model.presets import preset
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
@@ -30,9 +30,7 @@ SLOPES = (0.002, 0.01, 0.03)  # rad, on which passive gaits are looked for
 STEPS, FINEST = 8, 64  # of the way from a slope to the level: at first, and at most
 
 
-def gait_at(
-    preset_name: str, scheme: str, speed: float, step_length: float | None = None
-) -> Gait:
+def gait_at(preset_name: str, scheme: str, speed: float, step_length: float | None = None) -> Gait:
     """A gait of a preset's legs under a scheme, with this speed.
 
     On the level, but for passive legs, whose slope is what gives the speed. A motor's is followed
@@ -139,9 +137,7 @@ def _with(gait: Gait, powered: Scheme, speed: float, step_length: float | None) 
     """The gait brought to the speed, and to the step length if two numbers can."""
     numbers = powered.numbers
     if step_length is None or len(numbers) < 2:
-        return find_gait_with(
-            gait.params, gait.control, speed=speed, by=numbers[-1], guess=gait
-        )
+        return find_gait_with(gait.params, gait.control, speed=speed, by=numbers[-1], guess=gait)
     return find_gait_with(
         gait.params, gait.control, speed=speed, step_length=step_length, by=numbers, guess=gait
     )
