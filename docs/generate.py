@@ -68,6 +68,8 @@ def everything(generated: Path, reference: Path) -> None:
     write(generated / "schemes.md", schemes())
     write(generated / "published.md", published())
     write(generated / "study.md", study(generated.parent / "benchmark"))
+    for name, text in questions(generated.parent / "questions").items():
+        write(generated / f"questions-{name}.md", text)
     for room, title in ROOMS.items():
         write(reference / f"{room}.md", reference_page(room, title))
     write(generated / "daily.md", daily())
@@ -215,6 +217,20 @@ def study(folder: Path) -> str:
     text += ["## Figures\n"] if pictures else []
     text += [f"![{path.stem.replace('-', ', ')}](benchmark/{path.name})\n" for path in pictures]
     return "\n".join(text)
+
+
+def questions(folder: Path) -> dict[str, str]:
+    """Tables of the pages of questions by page, from the JSON files beside them."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for source in sorted(folder.glob("*.json")):
+        content = json.loads(source.read_text(encoding="utf-8"))
+        for page, tables in content.get("tables", {}).items():
+            found.setdefault(page, []).extend(tables)
+    return {
+        page: "\n".join(f"### {each['title']}\n\n{table(each['header'], each['rows'])}"
+                        for each in tables)
+        for page, tables in found.items()
+    }  # fmt: skip
 
 
 def public_names(room: str) -> list[str]:

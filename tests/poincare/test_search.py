@@ -124,6 +124,17 @@ def test_a_gait_with_a_given_speed_is_found(by: str) -> None:
     assert changed
 
 
+@pytest.mark.parametrize("by", [("switch_angle", "stall_torque"), ("stall_torque", "slope")])
+def test_a_gait_with_a_given_speed_and_step_length_is_found(by: tuple[str, str]) -> None:
+    gait = find_gait_with(
+        ROUND.params, ROUND.control, speed=1.385, step_length=1.411, by=by, guess=ROUND.state
+    )
+    assert gait.speed == pytest.approx(1.385, abs=1e-11)
+    assert gait.step_length == pytest.approx(1.411, abs=1e-11)
+    again = find_gait(gait.params, gait.control, gait.state)
+    assert again.state == pytest.approx(gait.state, abs=1e-9)
+
+
 def test_a_step_length_far_away_is_approached_in_steps() -> None:
     start = find_gait(COMPASS.params, None, COMPASS.state)
     gait = find_gait_with(COMPASS.params, None, step_length=0.1, by="slope", guess=start)
@@ -142,7 +153,7 @@ def test_a_closed_loop_is_given_a_speed_by_what_its_policy_does_not_set() -> Non
 
 
 def test_a_step_length_out_of_reach_is_refused_with_how_near_it_came() -> None:
-    with pytest.raises(GaitNotFoundError, match=r"step_length = 3\.0 .* the nearest has 1\.412"):
+    with pytest.raises(GaitNotFoundError, match=r"step_length = 3\.0 .* has step_length = 1\.412"):
         find_gait_with(ROUND.params, ROUND.control, step_length=3.0, guess=ROUND.state)
 
 
@@ -151,10 +162,14 @@ def test_bad_arguments_are_named() -> None:
         find_gaits(ROUND.params, ROUND.control, period=0)
     with pytest.raises(ValueError, match="starts must be at least 1, got 0"):
         find_gaits(ROUND.params, ROUND.control, starts=0)
-    with pytest.raises(ValueError, match="give either step_length or speed"):
+    with pytest.raises(ValueError, match="give step_length, speed or both"):
         find_gait_with(ROUND.params, ROUND.control)
-    with pytest.raises(ValueError, match="give either step_length or speed"):
+    with pytest.raises(ValueError, match="by must be 2 different names, one for each"):
         find_gait_with(ROUND.params, ROUND.control, step_length=1.0, speed=1.0)
+    with pytest.raises(ValueError, match="by must be 2 different names, one for each"):
+        find_gait_with(ROUND.params, ROUND.control, step_length=1.0, speed=1.0, by=["slope"] * 2)
+    with pytest.raises(ValueError, match="by must be 1 different name, one for each"):
+        find_gait_with(ROUND.params, ROUND.control, speed=1.0, by=("slope", "stall_torque"))
     with pytest.raises(ValueError, match=r"speed must be positive and finite, got -1\.0"):
         find_gait_with(ROUND.params, ROUND.control, speed=-1.0)
     with pytest.raises(ValueError, match="parameter must be one of"):

@@ -1,6 +1,7 @@
 """What does walking cost, what must it, and what do floor and joints bear?
 
 - work, gravity and current of gaits, one scheme beside the other: `energetics`;
+- the same legs under another scheme, at the same speed: `matched`;
 - what a step must cost at least: `least_cost`;
 - is the contact what the model takes it for? `contact`, with the forces of `ground_force`.
 """
@@ -20,6 +21,7 @@ from powered_walker_env.poincare.energy.energetics import (
 )
 from powered_walker_env.poincare.energy.ground_force import GroundForce, ground_force
 from powered_walker_env.poincare.energy.least_cost import ideal_push, least_cost
+from powered_walker_env.poincare.energy.matched import gait_at, passive_gaits
 
 __all__ = [
     "TIMINGS",
@@ -34,9 +36,11 @@ __all__ = [
     "family_costs",
     "first_gait",
     "foot_motion",
+    "gait_at",
     "ground_force",
     "ideal_push",
     "least_cost",
+    "passive_gaits",
     "schemes_for",
     "start_on_the_level",
 ]
