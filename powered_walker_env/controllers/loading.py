@@ -25,7 +25,7 @@ from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum
 from powered_walker_env.results import holds_result, load_result
 
-OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
+OPEN_LOOP, LQR_NAME, OPTIMAL = "open-loop", "lqr", "optimal"
 #: Controllers by name: the label in tables, and how to make one for a task.
 NAMED: dict[str, tuple[str, Callable[[Task], Controller]]] = {
     OPEN_LOOP: (OPEN_LOOP_NAME, lambda task: OpenLoop(len(task.nominal))),
@@ -42,7 +42,7 @@ NAMED: dict[str, tuple[str, Callable[[Task], Controller]]] = {
         f"look-ahead-{strides}": (f"look-ahead {strides}", partial(LookAhead, strides=strides))
         for strides in (1, 2, 3)
     },
-    "optimal": (OPTIMUM_NAME, Optimal),
+    OPTIMAL: (OPTIMUM_NAME, Optimal),
 }
 POLICY, BEST_MODEL = "policy.npz", "best_model.zip"  # in the folder of a training
 KINDS = (

@@ -1,4 +1,4 @@
-"""Trained policies that come with the package: found by name, as good as they say, and no better."""
+"""Trained policies that come with the package: found by name, as good as they say, no better."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_a_task_without_a_policy_says_what_to_do(
 
 
 def test_a_learner_without_a_policy_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ValueError, match="learner must be one of ppo, .*, got 'td3'"):
+    with pytest.raises(ValueError, match=r"learner must be one of ppo, .*, got 'td3'"):
         shipped_policy("td3", task_of(ROUND_FOOT))
     monkeypatch.setattr(room, "shipped_policies", dict)
     with pytest.raises(ValueError, match=f"for {ROUND_FOOT}, nor for any other environment"):
