@@ -85,7 +85,10 @@ def _refused(rows: Sequence[dict[str, Any]]) -> str:
 
 def _optimum(env_id: str, kwargs: dict[str, str]) -> str:
     """What is known of the greatest return of any controller."""
-    found = Optimal(task_of(env_id, **kwargs)).found
+    try:
+        found = Optimal(task_of(env_id, **kwargs)).found
+    except ValueError:
+        return "The optimum is not known here, and no table comes with the package.\n"
     mean, error = found.walked
     walked = f"{mean:.1f} ± {1.96 * error:.2g}"
     how = "which looks a stride ahead" if found.looks_ahead else "the table as it is"
