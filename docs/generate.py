@@ -5,12 +5,12 @@ from __future__ import annotations
 import importlib
 import inspect
 import itertools
-import json
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+
+from study_pages import baselines, study
+from tabulated import table
 
 from powered_walker_env import (
     ENVIRONMENTS,
@@ -60,14 +60,16 @@ PUBLISHED = ("quantity", "published", "here", "difference", "")
 def everything(generated: Path, reference: Path) -> None:
     """Write it all; files that are as they should be are not touched."""
     generated.mkdir(exist_ok=True)
+    benchmark = generated.parent / "benchmark"
     for env_id, (preset, threshold) in ENVIRONMENTS.items():
         film(generated / f"{env_id}.gif", preset)
         write(generated / f"{env_id}.md", environment(env_id, preset, threshold))
+        write(generated / f"{env_id}-baselines.md", baselines(env_id, benchmark))
     write(generated / "contract.md", textwrap.dedent(describe()))
     write(generated / "presets.md", presets())
     write(generated / "schemes.md", schemes())
     write(generated / "published.md", published())
-    write(generated / "study.md", study(generated.parent / "benchmark"))
+    write(generated / "study.md", study(benchmark))
     for name, text in questions(generated.parent / "questions").items():
         write(generated / f"questions-{name}.md", text)
     for room, title in ROOMS.items():
@@ -95,17 +97,6 @@ def film(path: Path, preset: str) -> None:
 def source_of(preset: Preset) -> str:
     """Where a walker comes from, without where its gait does."""
     return re.split(r"; (?:long )?gait found", preset.source)[0]
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    """A table in Markdown."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(map(cell, line)) + " |" for line in lines) + "\n"
-
-
-def cell(value: Any) -> str:
-    """What may stand in a table's cell."""
-    return " ".join(str(value).split()).replace("|", "\\|")
 
 
 def environment(env_id: str, preset: str, threshold: float) -> str:
@@ -202,21 +193,6 @@ def published_row(row: Row) -> tuple[str, ...]:
     verdict = row.verdict + (f": {row.differs}" if row.differs else "")
     numbers = (f"`{row.published}`", f"`{row.ours}`", f"{row.difference:.1e}")
     return row.quantity, *numbers, verdict
-
-
-def study(folder: Path) -> str:
-    """Tables and figures of the control study; of one that was not published, how to make it."""
-    source = folder / "study.json"
-    if not source.is_file():
-        return "No results are published with this version: make them with the command above.\n"
-    content = json.loads(source.read_text(encoding="utf-8"))
-    text = ["## Tables\n", f"Intervals: {content['method']}.\n"]
-    text += [f"### {each['title']}\n\n{table(each['header'], each['rows'])}"
-             for each in content["tables"]]  # fmt: skip
-    pictures = sorted(folder.glob("*.png"))
-    text += ["## Figures\n"] if pictures else []
-    text += [f"![{path.stem.replace('-', ', ')}](benchmark/{path.name})\n" for path in pictures]
-    return "\n".join(text)
 
 
 def questions(folder: Path) -> dict[str, str]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from agents.study.budgets import Budget
 from powered_walker_env import ENVIRONMENTS
+from powered_walker_env.controllers.shipped import LEARNERS as SHIPPED_LEARNERS
 
 LIGHT, ROUGH = "light", "rough"
 OPEN_LOOP, OPTIMAL = "open-loop", "optimal"  # what counts 0, and what counts 1
@@ -23,7 +24,7 @@ CONTROLLERS = (
 DEFAULT = "ppo-default"  # PPO as SB3 has it
 OFF_POLICY = ("sac", "tqc", "crossq")
 #: Trained by `agents.analytic_gradient` and `agents.train`.
-LEARNERS = ("ppo", "apg", DEFAULT, *OFF_POLICY)
+LEARNERS = tuple(SHIPPED_LEARNERS)
 
 
 @dataclass(frozen=True, order=True)

@@ -47,7 +47,8 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument("--list", action="store_true", help="list the cells, and do none")
     result.add_argument(
         "--publish", action="store_true",
-        help="put tables and figures into docs/benchmark, policies and commands into agents/",
+        help="put tables and figures into docs/benchmark, policies into the package, the commands "
+        "into agents/README.md",
     )  # fmt: skip
     return result
 

@@ -20,11 +20,13 @@ Scripts that use the package as any user would. From the root of the repository,
   `docs/benchmark.md`);
 - the others say what they do with `--help`.
 
-`policies/` holds trained policies: numpy's `.npz` in single precision, with their settings and
-scores inside. Nothing in them runs when they are loaded; SB3's own `.zip` are pickles, which do.
+Trained policies come with the package, in `powered_walker_env/controllers/trained/`: of each
+learner at each environment the seed with the median return, as numpy's `.npz` in single
+precision; `policies.json` has their scores. Nothing in them runs when they are loaded; SB3's own
+`.zip` are pickles, which do. They are controllers by the names of their learners:
 
 ```sh
-python -m agents.evaluate open-loop lqr agents/policies/FILE.npz --env ID
+python -m agents.evaluate open-loop lqr ppo optimal --env ID
 ```
 
 `powered_walker_env.controllers.sb3_models.sb3_model(network, env)` makes a model of

@@ -1,12 +1,12 @@
 """Trained policies as small files without code: of each learner at each id the median seed's.
 
 They are saved in single precision, in which they were trained (all but those by gradients), and
-evaluated as saved; what they scored stands in the file, and a test holds them to it.
+evaluated as saved; what they scored is declared beside them, and tests hold them to it. The package
+ships them (`controllers.shipped`).
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -20,16 +20,15 @@ from agents.study.summary import grouped
 from powered_walker_env.controllers import (
     EPISODE_SEED,
     Evaluation,
-    Network,
     evaluate,
     load_network,
     save_network,
 )
 from powered_walker_env.controllers.loading import POLICY
+from powered_walker_env.controllers.shipped import DECLARED, policy_name
 
-FOLDER = Path(__file__).parents[1] / "policies"
 MOST = 1_000_000  # bytes of all files together
-DECLARED = "policies.json"  # in the folder: the names of the files that are there
+FIRST = 20  # episodes that are declared one by one
 
 
 def median_seed(group: Sequence[Record]) -> Record:
@@ -50,7 +49,7 @@ def export(records: Sequence[Record], study: Path, folder: Path, episodes: int) 
         ValueError: files larger than all together may be.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written: list[Path] = []
+    written: dict[Path, dict[str, Any]] = {}
     for (env_id, level, learner), group in grouped(records).items():
         done = [record for record in group if record.status == DONE and record.training]
         if level != LIGHT or not done:
@@ -59,38 +58,35 @@ def export(records: Sequence[Record], study: Path, folder: Path, episodes: int) 
         source = study / RUNS / record.cell.name / POLICY
         if not source.is_file():
             continue
-        target = folder / f"{env_id.removesuffix('-v0')}-{learner}.npz"
+        target = folder / policy_name(env_id, learner)
         network = load_network(source)
-        # As saved, and as it will be loaded: the rounding first.
         save_network(network, target, single=True)
-        saved = load_network(target)
-        about = _about(record, network, evaluate(saved, env_id, episodes, EPISODE_SEED))
-        save_network(Network(saved.layers, saved.activation, saved.squash, about), target,
-                     single=True)  # fmt: skip
-        written.append(target)
+        # As it will be loaded: rounded.
+        found = evaluate(load_network(target), env_id, episodes, EPISODE_SEED)
+        written[target] = _about(record, found)
     if (size := sum(path.stat().st_size for path in written)) > MOST:
         raise ValueError(
             f"policies must be smaller than {MOST:,} bytes in all, got {size:,}; take smaller "
             "networks in configs/"
         )
-    write_json(folder / DECLARED, sorted(path.name for path in written))
-    return written
+    about = {path.name: written[path] for path in sorted(written)}
+    write_json(folder / DECLARED, about)
+    return list(written)
 
 
-def shipped(folder: Path = FOLDER) -> list[str]:
-    """The names of the policies that are declared to be there."""
-    found: list[str] = json.loads((folder / DECLARED).read_text(encoding="utf-8"))
-    return found
-
-
-def _about(record: Record, network: Network, found: Evaluation) -> dict[str, Any]:
-    """What is kept with a policy: of its training, and what it scores."""
+def _about(record: Record, found: Evaluation) -> dict[str, Any]:
+    """What is declared of a policy: its training, and what it scores."""
     return {
-        **network.settings,
+        "env_id": record.cell.env_id,
         "learner": record.cell.controller,
+        "seed": record.cell.seed,
         "trained_strides": record.training["strides"],
         "episodes": len(found.strides),
         "episode_seed": found.seed,
         "strides": list(found.mean_strides),
         "return": list(found.mean_return),
+        "first": {
+            "strides": found.strides[:FIRST].tolist(),
+            "returns": np.round(found.returns[:FIRST], 4).tolist(),
+        },
     }

@@ -10,9 +10,10 @@ from agents.runs import write_json
 from agents.study.budgets import Budget
 from agents.study.commands import page
 from agents.study.figures import figures
-from agents.study.policies import FOLDER, export
+from agents.study.policies import export
 from agents.study.records import Record
 from agents.study.tables import markdown, study_json
+from powered_walker_env.controllers.shipped import FOLDER
 from powered_walker_env.files import write_text
 
 ROOT = CONFIGS.parent
@@ -36,7 +37,7 @@ def report(records: Sequence[Record], budget: Budget, out: Path) -> Path:
 
 
 def publish(records: Sequence[Record], budget: Budget, out: Path) -> list[Path]:
-    """The same into docs/benchmark, the policies and the page of commands into agents/.
+    """The same into docs/benchmark, the policies into the package, the commands into agents/.
 
     Returns:
         What was written.

@@ -24,8 +24,9 @@ def add_commands(commands: Any) -> None:
     add_preset(explore, "round-foot")
     explore.add_argument(
         "--controller", action="append", default=[], metavar="SOURCE",
-        help="offer one more: a policy (.npz), a model of Stable-Baselines3 (.zip), the folder of "
-        "a training, or module:function; may be given more than once",
+        help="offer one more than the package has: a policy (.npz), a model of "
+        "Stable-Baselines3 (.zip), the folder of a training, or module:function; may be given "
+        "more than once",
     )  # fmt: skip
     explore.add_argument(
         "--port", type=int, default=0, help="of this machine (default: any that is free)"

@@ -7,6 +7,7 @@
 - `Network`: a policy as plain numbers, `save_network` and `load_network` without code;
 - `Optimal`: the best that any controller can do, as a table; `find_optimum` makes one;
   `benchmark_score`: 0 is the open loop, 1 the optimum;
+- `shipped_policy`: trained policies that come with the package, `shipped_policies` what they score;
 - `load_controller`: any of these by name or file;
 - `evaluate`: strides survived on equal disturbances, `comparison_text` side by side;
 - `policy_of`: a controller's closed loop as a policy of the stride map;
@@ -40,6 +41,11 @@ from powered_walker_env.controllers.one_number import OneNumber, OneNumberLoop, 
 from powered_walker_env.controllers.optimal import Optimal, find_optimum
 from powered_walker_env.controllers.policies import TaskPolicy, policy_of
 from powered_walker_env.controllers.scores import benchmark_score, normalised_score
+from powered_walker_env.controllers.shipped import (
+    shipped_learners,
+    shipped_policies,
+    shipped_policy,
+)
 from powered_walker_env.controllers.tuned_open_loop import (
     TunedControl,
     TunedOpenLoop,
@@ -85,6 +91,9 @@ __all__ = [
     "policy_of",
     "save_network",
     "share_estimate",
+    "shipped_learners",
+    "shipped_policies",
+    "shipped_policy",
     "tune_control",
     "tune_walker",
 ]

@@ -18,13 +18,14 @@ from powered_walker_env.controllers.network import load_network
 from powered_walker_env.controllers.one_number import OneNumber
 from powered_walker_env.controllers.optimal import OPTIMUM_NAME, Optimal
 from powered_walker_env.controllers.scores import OPEN_LOOP_NAME
+from powered_walker_env.controllers.shipped import LEARNERS, shipped_policy
 from powered_walker_env.controllers.tuned_open_loop import TunedOpenLoop
 from powered_walker_env.envs.paths import imported
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum
 from powered_walker_env.results import holds_result, load_result
 
-OPEN_LOOP, LQR_NAME = "open-loop", "lqr"
+OPEN_LOOP, LQR_NAME, OPTIMAL = "open-loop", "lqr", "optimal"
 #: Controllers by name: the label in tables, and how to make one for a task.
 NAMED: dict[str, tuple[str, Callable[[Task], Controller]]] = {
     OPEN_LOOP: (OPEN_LOOP_NAME, lambda task: OpenLoop(len(task.nominal))),
@@ -41,11 +42,12 @@ NAMED: dict[str, tuple[str, Callable[[Task], Controller]]] = {
         f"look-ahead-{strides}": (f"look-ahead {strides}", partial(LookAhead, strides=strides))
         for strides in (1, 2, 3)
     },
-    "optimal": (OPTIMUM_NAME, Optimal),
+    OPTIMAL: (OPTIMUM_NAME, Optimal),
 }
 POLICY, BEST_MODEL = "policy.npz", "best_model.zip"  # in the folder of a training
 KINDS = (
-    f"{', '.join(map(repr, NAMED))}, a policy or an optimum (.npz), a model of "
+    f"{', '.join(map(repr, NAMED))}, a trained policy that comes with the package "
+    f"({', '.join(map(repr, LEARNERS))}), a policy or an optimum (.npz), a model of "
     "Stable-Baselines3 (.zip), the folder of a training, or module:function"
 )
 
@@ -56,7 +58,8 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
     Args:
         source: a controller; a function from (N, 4) observations to (N, k) actions; or, as a
             text or path: a name in `NAMED` ("optimal" where the optimum comes with the
-            package), a policy or an optimum (.npz), a model of Stable-Baselines3
+            package) or `LEARNERS` ("ppo", ...: the trained policy that comes with the package
+            for this environment), a policy or an optimum (.npz), a model of Stable-Baselines3
             (.zip, a pickle: a warning says so), the folder of a training, or
             "module:function", which is imported.
         task: of the environment that it will meet.
@@ -64,7 +67,8 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
 
     Raises:
         FileNotFoundError, ImportError: nothing there.
-        ValueError, TypeError: a damaged file, another kind of task, or no controller at all.
+        ValueError, TypeError: a damaged file, another kind of task, a name of which nothing is
+            shipped for this task, or no controller at all.
     """
     if not isinstance(source, str | Path):
         controller = as_controller(source)
@@ -73,6 +77,8 @@ def load_controller(source: Any, task: Task, env_id: str | None = None) -> tuple
         label, make = NAMED[str(source)]
         controller = make(task)
         return controller.name if isinstance(controller, Optimal) else label, controller
+    if source in LEARNERS:
+        return LEARNERS[str(source)], shipped_policy(str(source), task, env_id)
     if re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*", str(source)):
         return str(source), _controller_at(str(source))
     return _saved(Path(source), task, env_id)

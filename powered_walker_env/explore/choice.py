@@ -1,4 +1,8 @@
-"""What is walking: a walker, what powers it and who decides; and how far its sliders reach."""
+"""What is walking: a walker, what powers it and who decides; and how far its sliders reach.
+
+Who may decide is offered for every walker; a trained policy or the optimum that is not shipped for
+the one at hand says so, and leaves the loop open (`views`).
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,10 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from powered_walker_env.controllers.loading import OPEN_LOOP
+from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP, OPTIMAL
+from powered_walker_env.controllers.shipped import shipped_learners
 from powered_walker_env.envs.levels import disturbance_of
+from powered_walker_env.envs.registration import ENVIRONMENTS
 from powered_walker_env.model.knee import Knee
 from powered_walker_env.model.powering import (
     ANGLE,
@@ -29,6 +35,11 @@ LEVEL = 0.02  # rad, the reach of a slope that is zero
 STEPS = 400  # of a slider: Camp's motor walks in a window of 1 %
 FALLBACK = 0.1  # of the walker's scale: a strength that no preset has a value for
 FALLBACK_ANGLE = 2.9  # rad, of a switch no preset has a value for
+
+
+def controllers_offered() -> list[str]:
+    """The names of the controllers that come with the package, for one walker or another."""
+    return [OPEN_LOOP, LQR_NAME, *shipped_learners(), OPTIMAL]
 
 
 class Reach(NamedTuple):
@@ -62,6 +73,11 @@ class Choice:
     def known(self) -> Preset:
         """The preset that it began with."""
         return PRESETS[self.preset]
+
+    @property
+    def env_id(self) -> str | None:
+        """The registered environment of the preset."""
+        return next((each for each, (name, _) in ENVIRONMENTS.items() if name == self.preset), None)
 
     @property
     def scheme(self) -> Scheme:

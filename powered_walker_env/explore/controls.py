@@ -13,8 +13,7 @@ from bokeh.models.widgets.inputs import Select
 from bokeh.models.widgets.markups import Div
 from bokeh.models.widgets.sliders import Slider
 
-from powered_walker_env.controllers.loading import LQR_NAME, OPEN_LOOP
-from powered_walker_env.explore.choice import Choice
+from powered_walker_env.explore.choice import Choice, controllers_offered
 from powered_walker_env.explore.session import SLOW, Session
 from powered_walker_env.model.powering import SCHEMES
 from powered_walker_env.model.presets import PRESETS
@@ -30,7 +29,7 @@ class Chooser:
     """The widgets of a choice: walker, scheme, controller, and a slider for each number.
 
     Args:
-        controllers: besides the open loop and the LQR.
+        controllers: besides those that come with the package.
         chosen: called with what a visitor has chosen, and whether the walk begins anew.
         refused: called with the reason if there is no such walker.
     """
@@ -43,7 +42,7 @@ class Chooser:
     ) -> None:
         self._chosen, self._refused = chosen, refused
         self._setting = False  # whether it is the program that moves the widgets
-        names: list[Any] = [OPEN_LOOP, LQR_NAME, *controllers]
+        names: list[Any] = [*dict.fromkeys([*controllers_offered(), *controllers])]
         walkers, schemes = (list[Any](known) for known in (PRESETS, SCHEMES))
         half = (WIDTH - 10) // 2
         self.preset = Select(title="walker", options=walkers, width=WIDTH, name="preset")

@@ -49,7 +49,7 @@ class Page:
     Args:
         document: Bokeh's.
         choice: what walks first.
-        controllers: besides the open loop and the LQR, as `load_controller` takes them.
+        controllers: besides those of the package, as `load_controller` takes them.
     """
 
     def __init__(self, document: Any, choice: Choice, controllers: Sequence[str] = ()) -> None:

@@ -30,7 +30,7 @@ def make_server(choice: Choice, controllers: Sequence[str] = (), port: int = 0) 
 
     Args:
         choice: what walks first.
-        controllers: offered besides the open loop and the LQR, as `load_controller` takes them.
+        controllers: offered besides those of the package, as `load_controller` takes them.
         port: 0 for any that is free.
 
     Raises:

@@ -11,10 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from powered_walker_env.controllers import load_controller, policy_of
+from powered_walker_env.controllers import (
+    Controller,
+    Optimal,
+    TaskPolicy,
+    load_controller,
+    policy_of,
+    shipped_policy,
+)
 from powered_walker_env.controllers.loading import OPEN_LOOP
+from powered_walker_env.controllers.shipped import LEARNERS
 from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.setup import default_range, make_task
+from powered_walker_env.envs.task import Task
 from powered_walker_env.explore.choice import Choice
 from powered_walker_env.model.powering import AnyControl, Policy
 from powered_walker_env.model.state import PostStrikeState
@@ -23,6 +32,8 @@ from powered_walker_env.poincare import (
     BifurcationDiagram,
     Gait,
     GaitNotFoundError,
+    Optimum,
+    StrideMap,
     basin,
     bifurcation_diagram,
     find_gait,
@@ -32,6 +43,7 @@ from powered_walker_env.poincare import (
 from powered_walker_env.poincare.families import check_parameter
 
 POINTS = 72  # of the basin's picture, across and up
+SETTLED = 200  # strides after which a controller's gait is looked for where they lead
 WALKED = 60  # strides at most from each of them
 VALUES, TRANSIENT, KEPT = 81, 120, 24  # of the diagram: values, strides unseen and seen at each
 
@@ -54,8 +66,10 @@ def prospect(choice: Choice, near: Sequence[float] | None = None) -> Prospect:
     """Find the gait of a choice, near a state or anywhere, and set its controller around it.
 
     A controller acts around the present gait and control: the environment's task with these
-    numbers, whose zero action is the slider's control. Without a gait, or where the controller
-    cannot be set up, the loop is open, and `problem` says so.
+    numbers, whose zero action is the slider's control. A trained policy does so as one of another
+    walker would; the optimum is one of the preset as it is. Without a gait, or where the
+    controller cannot be set up, the loop is open, and `problem` says so; where the controller's
+    own loop has no gait, it acts all the same.
     """
     start = PostStrikeState(*(choice.known.state if near is None else near))
     try:
@@ -66,10 +80,13 @@ def prospect(choice: Choice, near: Sequence[float] | None = None) -> Prospect:
         return Prospect(choice, gait, choice.control, gait.state)
     try:
         policy = _controlled(choice, gait)
-        closed = find_gait(choice.params, policy, gait.state)
+        closed = _closed_gait(choice, policy, gait)
     except (ValueError, TypeError, OSError, ImportError) as error:
         words = f"open loop, since {choice.controller} cannot act: {error}"
         return Prospect(choice, gait, choice.control, gait.state, words)
+    if closed is None:
+        words = f"{choice.controller} decides; its own gait of one stride is not found"
+        return Prospect(choice, None, policy, gait.state, words)
     return Prospect(choice, closed, policy, closed.state)
 
 
@@ -83,7 +100,18 @@ def _gait(choice: Choice, start: PostStrikeState) -> Gait:
     return stable_gait(choice.params, choice.control)
 
 
-def _controlled(choice: Choice, gait: Gait) -> Policy:
+def _closed_gait(choice: Choice, policy: TaskPolicy, gait: Gait) -> Gait | None:
+    """Of the closed loop: near the open loop's, or where it settles; None if there is none."""
+    for strides in (0, SETTLED):
+        state = StrideMap(choice.params, policy)(np.array([gait.state]), strides)[0]
+        try:
+            return find_gait(choice.params, policy, state.tolist())
+        except ValueError:  # it fell on the way, or no gait
+            continue
+    return None
+
+
+def _controlled(choice: Choice, gait: Gait) -> TaskPolicy:
     """The controller's policy at the task whose nominal control and gait are these.
 
     Raises:
@@ -97,10 +125,18 @@ def _controlled(choice: Choice, gait: Gait) -> Policy:
             control=choice.control,
             gait=gait.states.tolist(),
             action_range=default_range(choice.scheme, choice.preset),
+            disturbance={"push": choice.usual_push},
         )
     )
-    _, controller = load_controller(choice.controller, task)
-    return policy_of(task, controller)
+    return policy_of(task, _controller(choice, task))
+
+
+def _controller(choice: Choice, task: Task) -> Controller:
+    """By name or file; a trained policy of the preset's environment, whatever the sliders say."""
+    if choice.controller in LEARNERS and choice.env_id is not None:
+        own = make_task(TaskArguments(preset=choice.preset))
+        return shipped_policy(choice.controller, own, choice.env_id)
+    return load_controller(choice.controller, task)[1]
 
 
 def basin_view(found: Prospect, check: Check) -> Basin:
@@ -108,10 +144,14 @@ def basin_view(found: Prospect, check: Check) -> Basin:
 
     Raises:
         GaitNotFoundError: there is no gait to look around.
+        ValueError: an optimum that walks the map to decide.
     """
     gait = found.gait
     if gait is None:
         raise GaitNotFoundError("there is no gait to look around")
+    best = _optimum_of(found)
+    if best is not None and best.looks_ahead:
+        raise ValueError("this optimum looks ahead: minutes")
     plane = slice_through(gait, shape=(POINTS, POINTS))
     return basin(
         found.choice.params,
@@ -123,6 +163,12 @@ def basin_view(found: Prospect, check: Check) -> Basin:
         jobs=1,
         progress=lambda *_: check(),
     )
+
+
+def _optimum_of(found: Prospect) -> Optimum | None:
+    """What decides, if it is an optimum."""
+    controller = getattr(found.policy, "controller", None)
+    return controller.found if isinstance(controller, Optimal) else None
 
 
 def parameters_of(found: Prospect) -> list[str]:
@@ -141,8 +187,11 @@ def diagram_view(found: Prospect, parameter: str, check: Check) -> BifurcationDi
     """What is walked at each value that the parameter's slider can take.
 
     Raises:
-        ValueError: a parameter that the walker has no use for.
+        ValueError: a parameter that the walker has no use for, or the optimum, a table for this
+            walker as it is.
     """
+    if _optimum_of(found) is not None:
+        raise ValueError("the optimum is of this walker alone")
     low, high, _ = found.choice.reach(parameter)
     return bifurcation_diagram(
         found.choice.params,

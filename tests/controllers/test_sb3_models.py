@@ -12,8 +12,15 @@ import pytest
 pytest.importorskip("torch")
 pytest.importorskip("sb3_contrib")
 
-from powered_walker_env.controllers import Network, evaluate, load_network, save_network
+from powered_walker_env.controllers import (
+    Network,
+    evaluate,
+    load_network,
+    save_network,
+    shipped_policies,
+)
 from powered_walker_env.controllers.sb3_models import KINDS, sb3_model
+from powered_walker_env.controllers.shipped import FOLDER
 from powered_walker_env.sb3 import PoweredWalkerVecEnv
 
 ENV_ID = "PoweredWalkerKneed-v0"
@@ -89,3 +96,14 @@ def test_another_task_is_refused() -> None:
     one = Network([*network.layers[:-1], (np.ones((1, 7)), np.ones(1))], settings={"algo": "ppo"})
     with pytest.raises(ValueError, match=r"actions of shape \(4,\) and \(1,\), as the network"):
         sb3_model(one, env)
+
+
+@pytest.mark.parametrize("name", shipped_policies())
+def test_what_comes_with_the_package_goes_into_plain_sb3(name: str) -> None:
+    network, about = load_network(FOLDER / name), shipped_policies()[name]
+    algo = {"apg": "ppo", "ppo-default": "ppo"}.get(about["learner"], about["learner"])
+    model = sb3_model(network, PoweredWalkerVecEnv(about["env_id"], 1), algo)
+    x = np.random.default_rng(0).normal(size=(50, 4)).astype(np.float32)
+    np.testing.assert_allclose(
+        model.predict(x, deterministic=True)[0], network.predict(x)[0], atol=1e-4
+    )

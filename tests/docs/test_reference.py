@@ -25,7 +25,7 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A module of `docs/`, by name."""
     monkeypatch.syspath_prepend(str(DOCS))
     yield importlib.import_module
-    for name in ("generate", "docstrings"):
+    for name in ("generate", "docstrings", "study_pages", "tabulated"):
         sys.modules.pop(name, None)
 
 
@@ -71,3 +71,44 @@ def test_the_page_of_the_study_is_made_of_what_was_published(beside: Any, tmp_pa
     text = study(tmp_path)
     assert "### How long" in text and "| lqr | 80.1 [79, 81] |" in text
     assert "![survival, kneed](benchmark/survival-kneed.png)" in text
+
+
+def a_row(controller: str, level: str = "light", **more: Any) -> dict[str, Any]:
+    """Of a study, as JSON has it."""
+    row = {"env_id": "PoweredWalkerRoundFoot-v0", "level": level, "controller": controller,
+           "runs": 1, "strides": [81.2, 79.6, 83.1], "returns": [79.0, 77.4, 80.9],
+           "score": None}  # fmt: skip
+    return row | more
+
+
+def test_the_baselines_of_an_environment_are_the_study_s(beside: Any, tmp_path: Path) -> None:
+    baselines = beside("study_pages").baselines
+    env_id = "PoweredWalkerRoundFoot-v0"
+    missing = baselines(env_id, tmp_path)
+    assert "The control study is not published with this version" in missing
+    assert "| controller |" not in missing
+    for text in (missing, baselines("PoweredWalker-v0", tmp_path)):
+        assert "### Light pushes" in text and "### Rough pushes" in text
+    assert "The optimum is resolved: **98.0 ± 0.4**" in missing
+    thesis = baselines("PoweredWalker-v0", tmp_path)
+    assert "Best known: **56.6 ± 1.1**, a lower bound" in thesis
+    assert "The optimum is not known here, and no table comes with the package" in thesis
+    rows = [
+        a_row("lqr", score=[0.79, 0.77, 0.81]),
+        a_row("ppo", runs=5),
+        a_row("deadbeat", "rough", runs=0, strides=None, returns=None),
+        a_row("tuned-open-loop", "rough"),
+        a_row("open-loop", env_id="PoweredWalker-v0"),
+    ]
+    (tmp_path / "study.json").write_text(json.dumps({"rows": rows}), encoding="utf-8")
+    text = baselines(env_id, tmp_path)
+    assert "| lqr | 81.2 [79.6, 83.1] | 79.0 [77.4, 80.9] | 0.790 [0.770, 0.810] |" in text
+    assert "| ppo (5 seeds) | 81.2 [79.6, 83.1] | 79.0 [77.4, 80.9] | – |" in text
+    assert "| tuned-open-loop | 81.2 [79.6, 83.1] | 79.0 [77.4, 80.9] |\n" in text  # no score
+    assert "| open-loop" not in text and "{doc}`../benchmark` (deadbeat)" in text
+    assert "python -m agents.train --algo ppo --env PoweredWalkerRoundFoot-v0 --seed 0" in text
+    assert "agents.analytic_gradient" not in text
+    for page in (DOCS / "environments").glob("*.md"):
+        words = page.read_text("utf-8")
+        if "generated/PoweredWalker" in words:
+            assert words.count("-baselines.md") == 1

@@ -18,6 +18,8 @@ from powered_walker_env import PRESETS, find_gait
 from powered_walker_env.controllers import LQR, policy_of
 from powered_walker_env.envs.arguments import TaskArguments
 from powered_walker_env.envs.setup import make_task
+from powered_walker_env.explore.choice import Choice, controllers_offered
+from powered_walker_env.explore.views import prospect
 from powered_walker_env.pictures.painter import HIP, LEGS, SOIL
 
 pytest.importorskip("bokeh")
@@ -212,6 +214,33 @@ def test_another_controller_has_other_multipliers(visitor: Visitor) -> None:
     assert radius(visitor.title("multipliers")) == pytest.approx(closed.spectral_radius, abs=1e-4)
     assert visitor.value("parameter") == "slope"  # the torque is the regulator's to choose
     visitor.until_strides(2)
+
+
+def test_whoever_comes_with_the_package_decides(visitor: Visitor) -> None:
+    for name in controllers_offered()[::-1]:
+        visitor.page.get_by_label("controller").select_option(name)
+        visitor.until(f"{MODEL.format('controller')}.value == '{name}'")
+        found = prospect(Choice.of_preset("round-foot", name))
+        assert found.problem == "" and found.gait is not None
+        radius_of = f"{found.gait.spectral_radius:.4f}"
+        visitor.until(f"{MODEL.format('multipliers')}.title.text.endsWith('{radius_of}')")
+        visitor.until(f"{MODEL.format('basin')}.title.text.includes('click')")
+        if name == "optimal":
+            said = f"{MODEL.format('bifurcation diagram')}.title.text"
+            visitor.until(f"{said}.includes('the optimum is of this walker alone')")
+        visitor.press("r")
+        visitor.until_strides(2)
+
+
+def test_who_does_not_come_for_a_walker_says_so(visitor: Visitor) -> None:
+    visitor.page.get_by_label("walker").select_option("toe-off")
+    visitor.until(f"{MODEL.format('preset')}.value == 'toe-off'")
+    visitor.page.get_by_label("controller").select_option("ppo")
+    visitor.until_status("open loop, since ppo cannot act")
+    visitor.page.get_by_label("controller").select_option("optimal")
+    visitor.until_status("open loop, since optimal cannot act")
+    visitor.page.get_by_label("controller").select_option("open-loop")
+    visitor.until(f"!{MODEL.format('status')}.text.includes('cannot act')")
 
 
 def test_every_walker_is_shown(visitor: Visitor) -> None:

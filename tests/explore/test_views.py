@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, GaitNotFoundError
+from powered_walker_env.controllers import TaskPolicy
+from powered_walker_env.envs.registration import ENVIRONMENTS
 from powered_walker_env.explore.aside import Aside, Outdated
-from powered_walker_env.explore.choice import Choice
+from powered_walker_env.explore.choice import Choice, controllers_offered
 from powered_walker_env.explore.views import (
     VALUES,
     basin_view,
@@ -101,6 +103,47 @@ def test_a_controller_from_outside_is_taken_by_its_path() -> None:
     found = prospect(Choice.of_preset("round-foot", f"{__name__}:linear"))
     assert found.problem == ""
     assert callable(found.policy)
+
+
+REGISTERED = [preset for preset, _ in ENVIRONMENTS.values()]
+
+
+@pytest.mark.parametrize("preset", REGISTERED)
+def test_what_comes_with_the_package_decides(preset: str) -> None:
+    assert controllers_offered()[:3] == ["open-loop", "lqr", "ppo"]
+    assert controllers_offered()[-1] == "optimal"
+    for name in controllers_offered()[2:]:
+        found = prospect(Choice.of_preset(preset, name))
+        assert "open loop" not in found.problem
+        assert isinstance(found.policy, TaskPolicy)
+        if name != "optimal":
+            assert found.problem == ""
+        if found.gait is not None:
+            moved = StrideMap(found.choice.params, found.policy)(np.array([found.start]))[0]
+            np.testing.assert_allclose(moved, found.start, atol=1e-7)
+
+
+def test_a_trained_policy_acts_around_the_gait_of_the_sliders_and_the_optimum_refuses() -> None:
+    moved = Choice.of_preset("round-foot").replace("stall_torque", 3400.0)
+    acting, refused = (prospect(moved.decided_by(name)) for name in ("ppo", "optimal"))
+    assert acting.problem == "" and isinstance(acting.policy, TaskPolicy)
+    assert acting.policy.task.control == moved.control
+    assert "optimal cannot act: the optimum of this task does not come" in refused.problem
+    assert refused.policy == moved.control
+    toe_off = prospect(Choice.of_preset("toe-off", "ppo"))
+    assert "ppo cannot act: no trained 'ppo' comes with the package" in toe_off.problem
+    other = prospect(Choice.of_preset("round-foot").powered_by("hip-torque").decided_by("ppo"))
+    assert "ppo cannot act" in other.problem or other.gait is None
+
+
+def test_pictures_that_the_optimum_cannot_have_say_so() -> None:
+    best = prospect(Choice.of_preset("round-foot", "optimal"))
+    assert basin_view(best, nothing).attracted_share > 0.3
+    with pytest.raises(ValueError, match="the optimum is of this walker alone"):
+        diagram_view(best, "slope", nothing)
+    ahead = prospect(Choice.of_preset("camp1997", "optimal"))
+    with pytest.raises(ValueError, match="looks ahead"):
+        basin_view(ahead, nothing)
 
 
 class Answers:
