@@ -9,7 +9,7 @@ import re
 import textwrap
 from pathlib import Path
 
-from study_pages import baselines, study
+from study_pages import baselines, questions, study
 from tabulated import table
 
 from powered_walker_env import (
@@ -193,20 +193,6 @@ def published_row(row: Row) -> tuple[str, ...]:
     verdict = row.verdict + (f": {row.differs}" if row.differs else "")
     numbers = (f"`{row.published}`", f"`{row.ours}`", f"{row.difference:.1e}")
     return row.quantity, *numbers, verdict
-
-
-def questions(folder: Path) -> dict[str, str]:
-    """Tables of the pages of questions by page, from the JSON files beside them."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    for source in sorted(folder.glob("*.json")):
-        content = json.loads(source.read_text(encoding="utf-8"))
-        for page, tables in content.get("tables", {}).items():
-            found.setdefault(page, []).extend(tables)
-    return {
-        page: "\n".join(f"### {each['title']}\n\n{table(each['header'], each['rows'])}"
-                        for each in tables)
-        for page, tables in found.items()
-    }  # fmt: skip
 
 
 def public_names(room: str) -> list[str]:

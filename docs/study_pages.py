@@ -128,3 +128,17 @@ def _how(env_id: str, rows: Sequence[dict[str, Any]]) -> list[str]:
 
 def _learns(row: dict[str, Any]) -> bool:
     return row["controller"] in LEARNERS
+
+
+def questions(folder: Path) -> dict[str, str]:
+    """Tables of the pages of questions by page, from the JSON files beside them."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for source in sorted(folder.glob("*.json")):
+        content = json.loads(source.read_text(encoding="utf-8"))
+        for page, tables in content.get("tables", {}).items():
+            found.setdefault(page, []).extend(tables)
+    return {
+        page: "\n".join(f"### {each['title']}\n\n{table(each['header'], each['rows'])}"
+                        for each in tables)
+        for page, tables in found.items()
+    }  # fmt: skip
