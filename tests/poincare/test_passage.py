@@ -79,6 +79,7 @@ def test_a_law_on_a_hip_angle_refuses_it_too() -> None:
 
 def test_with_both_feet_on_the_floor_four_numbers_are_the_section() -> None:
     params, control, state, _ = PRESETS["toe-off"]
+    strength = control.impulse  # type: ignore[union-attr]
 
     class Timid:
         """Less toe-off the faster it is: of the state at heel strike."""
@@ -86,7 +87,7 @@ def test_with_both_feet_on_the_floor_four_numbers_are_the_section() -> None:
         scheme = "toe-off"
 
         def __call__(self, states: Any) -> Any:
-            return control.impulse * (1.0 - 0.1 * (states[:, 2:3] - state[2]))
+            return strength * (1.0 - 0.1 * (states[:, 2:3] - state[2]))
 
     found = first_passage(params, Timid(), StepNoise(push=0.004), state, shape=14, walks=1000)
     assert found.strides_error < 0.2 * found.mean_strides
