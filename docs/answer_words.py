@@ -69,7 +69,7 @@ def stable(study: Study, kernels: dict[str, Any]) -> str:
     listed = "; ".join(parts) or "the study's scores are not published with this version"
     shares = {
         name: each_of(lambda env_id, name=name: between(kernels[env_id]["of_kernel"].get(name)))
-        for name in ("open-loop", "lqr", "optimal")
+        for name in ("open-loop", "lqr", "ppo", "optimal")
     }
     lasts = {
         name: each_of(lambda env_id, name=name: duration(study, env_id, "light", name))
@@ -80,8 +80,9 @@ def stable(study: Study, kernels: dict[str, Any]) -> str:
         f"from 0 (open loop) to 1 (the optimum): {listed}. Elsewhere the optimum is not resolved, "
         "and only the best known control can be compared with.\n\n"
         "Of the states at heel strike from which *some* control within the bounds walks on, the "
-        f"open loop keeps {shares['open-loop']}, the LQR {shares['lqr']}, the optimum or the best "
-        f"known {shares['optimal']}.\n\nPushed at every step (`light`) the open loop walks "
+        f"open loop keeps {shares['open-loop']}, the LQR {shares['lqr']}, PPO {shares['ppo']}, and "
+        f"the optimum or the best known {shares['optimal']} (in the order "
+        f"{each_of(WALKERS.__getitem__)}).\n\nPushed at every step (`light`) the open loop walks "
         f"{lasts['open-loop']} strides in the mean before it falls, the LQR {lasts['lqr']}, PPO "
         f"{lasts['ppo']}. A small multiplier is not what counts: see the last table.\n"
     )

@@ -110,10 +110,12 @@ def _fates(
     found = viable_states(
         gait, task.half_range.tolist(), states, backend="threading", jobs=1, **search
     )
-    marks = {"saved": found.saved >= 0, "lost": found.lost >= 0}
+    marks: dict[str, Marks] = {
+        "saved": np.asarray(found.saved >= 0), "lost": np.asarray(found.lost >= 0)
+    }  # fmt: skip
     for name, controller in controllers.items():
         ends = StrideMap(task.params, policy_of(task, controller))(states, STRIDES)
-        marks[name] = np.isfinite(ends).all(axis=1)
+        marks[name] = np.asarray(np.isfinite(ends).all(axis=1))
     return marks
 
 

@@ -127,6 +127,8 @@ def test_without_a_study_pages_say_how_to_make_one(beside: Any, tmp_path: Path) 
 
 def test_what_the_pages_say_in_words_is_so() -> None:
     geometry, ladder = read("geometry"), read("ladder")
+    shares = read("viability")[ROUND]["of_kernel"]
+    assert shares["ppo"][0] > shares["optimal"][1] > shares["lqr"][0] > shares["open-loop"][1]
     for env_id in (THESIS, PUBLISHED):
         assert geometry[env_id]["walked"]["tuned"]["falls"] == 0
     strides = {env_id: [each["walked"][name]["strides"] for name in ("own", "tuned")]

@@ -30,7 +30,8 @@ def test_kernels_hold_every_basin(env_id: str, tmp_path: Path) -> None:
     middle = marks_of(plane, "lqr")[3, 3]  # the gait itself
     assert middle and marks_of(plane, "saved")[3, 3]
     drawing = kernel_figure({env_id: json.loads(json.dumps(found))})
-    assert len(drawing.figure.axes) == 2
+    assert len(drawing.figure.axes) == 4
+    assert sum(len(axes.images) for axes in drawing.figure.axes) == 3  # there is no network
 
 
 def test_shares_are_counted_by_hand() -> None:
