@@ -68,7 +68,8 @@ def cost_figure(study: Study) -> Drawing:
             axes.step(*zip(*front, strict=True), where="post", color=GREY, linewidth=0.9, zorder=0)
         axes.set(xscale="log", yscale="log", title=label)
         axes.yaxis.set_minor_formatter(NullFormatter())
-    figure.supxlabel("floating-point operations a stride, and one", fontsize=10)
+    for axes in panels[-1]:
+        axes.set_xlabel("floating-point operations a stride, and one")
     figure.supylabel("mean first passage time (strides; ↑: at least)", fontsize=10)
     handles = [Line2D([], [], label=name, **looks[name]) for name in everyone]
     figure.legend(handles=handles, loc="outside lower center", ncols=6, fontsize=8)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from generate import table
-from study_rows import LEVELS, WALKERS, Study, duration, points
+from study_rows import LEVELS, WALKERS, Study, duration, points, rounded
 
 from powered_walker_env.controllers import Optimal
 from powered_walker_env.controllers.evaluation import task_of
@@ -198,8 +198,8 @@ def bodies(found: dict[str, Any]) -> str:
 def lasted(walked: dict[str, Any]) -> str:
     """A mean first passage time; without falls what it is at least."""
     if walked["falls"]:
-        return f"{walked['mean_first_passage']:.3g}"
-    return f"> {walked['walked'] / UNSEEN:,.2g}"
+        return rounded(walked["mean_first_passage"])
+    return f"> {rounded(walked['walked'] / UNSEEN)}"
 
 
 def said(name: str) -> str:

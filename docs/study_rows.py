@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from agents.study.decisions import flops as flops_of
 from powered_walker_env import ENVIRONMENTS
+from powered_walker_env.controllers import Optimal
+from powered_walker_env.controllers.evaluation import task_of
 
 WALKERS = {
     "PoweredWalker-v0": "the thesis's", "PoweredWalkerRoundFoot-v0": "round feet",
@@ -51,14 +54,26 @@ def points(study: Study, env_id: str) -> list[tuple[float, float, str]]:
     found = []
     for each, level, name in study.rows:
         if (each, level) == (env_id, "light"):
-            flops = study.value(each, level, name, "flops")
+            flops = operations(study, env_id, name)
             time, _ = study.lasts(each, level, name)
             if flops is not None and time is not None:
                 found.append((flops, time, name))
     return sorted(found, key=lambda point: (point[0], -point[1]))
 
 
+def operations(study: Study, env_id: str, controller: str) -> float | None:
+    """Of a decision; of the optimum, whose policy may look ahead, by its formula here and now."""
+    if controller == "optimal":
+        return flops_of(Optimal(task_of(env_id)))
+    return study.value(env_id, "light", controller, "flops")
+
+
 def duration(study: Study, env_id: str, level: str, controller: str) -> str:
     """A mean first passage time in words."""
     found, known = study.lasts(env_id, level, controller)
-    return "–" if found is None else f"{'' if known else '> '}{found:.3g}"
+    return "–" if found is None else f"{'' if known else '> '}{rounded(found)}"
+
+
+def rounded(value: float) -> str:
+    """Three digits, thousands set off."""
+    return f"{float(f'{value:.3g}'):,.0f}" if value >= 100.0 else f"{value:.3g}"

@@ -47,8 +47,10 @@ def answered(
     path = out / file
     found = load_answers(path)
     for env_id in tqdm(env_ids, unit=" walkers", disable=None):
-        found[env_id] = ask(env_id)
-        write_json(path, {each: found[each] for each in ENVIRONMENTS if each in found})
+        answer = ask(env_id)
+        found = {each: answer if each == env_id else found[each] for each in ENVIRONMENTS
+                 if each in (env_id, *found)}  # fmt: skip
+        write_json(path, found)
     print(path)
     return found
 

@@ -112,7 +112,7 @@ def test_numbers_are_those_of_the_study(beside: Any, tmp_path: Path) -> None:
     assert "> 160" in tables.lasting(study)  # no fall: a lower bound
     assert "round feet (light) `ppo` has 0.90 of it" in words.stable(study, read("viability"))
     front = tables.fronts(study)
-    assert all(f"`{name}`" in front for name in ("open-loop", "lqr", "optimal"))
+    assert all(f"`{name}`" in front for name in ("open-loop", "tuned-open-loop", "one-number"))
 
 
 def test_without_a_study_pages_say_how_to_make_one(beside: Any, tmp_path: Path) -> None:
