@@ -67,10 +67,8 @@ def stable(study: Study, kernels: dict[str, Any]) -> str:
             parts.append(f"{WALKERS[env_id]} ({level}) `{best}` has {value:.2f} of it, the LQR "
                          f"{study.text(env_id, level, 'lqr', 'score', '.2f')}")  # fmt: skip
     listed = "; ".join(parts) or "the study's scores are not published with this version"
-    shares = {
-        name: each_of(lambda env_id, name=name: between(kernels[env_id]["of_kernel"].get(name)))
-        for name in ("open-loop", "lqr", "ppo", "optimal")
-    }
+    shares = {name: each_of(lambda env_id, name=name: share(kernels, env_id, name))
+              for name in ("open-loop", "lqr", "ppo", "optimal")}  # fmt: skip
     lasts = {
         name: each_of(lambda env_id, name=name: duration(study, env_id, "light", name))
         for name in ("open-loop", "lqr", "ppo")
@@ -86,6 +84,11 @@ def stable(study: Study, kernels: dict[str, Any]) -> str:
         f"{lasts['open-loop']} strides in the mean before it falls, the LQR {lasts['lqr']}, PPO "
         f"{lasts['ppo']}. A small multiplier is not what counts: see the last table.\n"
     )
+
+
+def share(kernels: dict[str, Any], env_id: str, name: str) -> str:
+    """Of a walker's kernel; a dash where it was not asked."""
+    return between(kernels[env_id]["of_kernel"].get(name)) if env_id in kernels else "–"
 
 
 def best_learner(study: Study, env_id: str, level: str) -> tuple[str, float]:
