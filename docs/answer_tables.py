@@ -131,10 +131,12 @@ def kernels(found: dict[str, Any]) -> str:
              "optimal": "the optimum, or the best known"}  # fmt: skip
     rows = [
         (WALKERS[env_id], between(answer["kernel"]),
-         *(between(answer["of_kernel"].get(name)) for name in names), answer["starts"])
+         *(between(answer["of_kernel"].get(name)) for name in names), answer["starts"],
+         answer["refuted"])
         for env_id, answer in found.items()
     ]  # fmt: skip
-    return table(("walker", "kernel, of the box", *names.values(), "starts"), rows)
+    header = ("walker", "kernel, of the box", *names.values(), "starts", "called lost, yet kept")
+    return table(header, rows)
 
 
 def between(bounds: Sequence[float] | None) -> str:

@@ -25,7 +25,7 @@ from powered_walker_env.pictures.charts.sheet import (
 KERNEL, OPEN = "#bcdcc2", "#f3e3b8"
 CONTROLLERS = {"open-loop": "open loop", "lqr": "LQR", "ppo": "PPO",
                "optimal": "optimum, or best known"}  # fmt: skip
-FATES = {"falls, whatever is done": PALE, "left open by the search": OPEN,
+FATES = {"falls under all controls tried": PALE, "left open by the search": OPEN,
          "some control saves it": KERNEL, "the controller keeps it": BLUE}  # fmt: skip
 
 
