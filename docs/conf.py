@@ -13,7 +13,8 @@ from typing import Any
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-import generate  # noqa: E402 (beside this file)
+import answers  # noqa: E402 (beside this file)
+import generate  # noqa: E402
 from docstrings import prepare, restore  # noqa: E402
 
 import powered_walker_env  # noqa: E402
@@ -59,5 +60,6 @@ napoleon_custom_sections = [("Numbers", "params_style")]
 def setup(app: Any) -> None:
     """Make what pages include, before they are read."""
     generate.everything(HERE / "generated", HERE / "reference")
+    answers.answers(HERE / "generated", HERE)
     app.connect("autodoc-process-docstring", prepare, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", restore, priority=600)  # after it

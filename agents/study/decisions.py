@@ -7,7 +7,8 @@ Floating-point operations are counted by formula, additions and multiplications 
 - a network: 2·in·out + out of every layer but the last's activation (a multiplication and an
   addition for each weight, the bias among them; one for each activation, tanh counted as one);
 - the optimum's table: linear interpolation over the 2³ corners, 2·8·k and 7 of their weights, and
-  the locked swing to the section, less than a whole stride: `STRIDE` is an upper bound;
+  the locked swing to the section, less than a whole stride: `STRIDE` is an upper bound; where its
+  policy looks ahead, for each control tried a stride more and its swings, pushed and not;
 - look-ahead by n strides: at most the 1 + 3ᵏ plans and n − 1 strides that it begins with, and in
   each iteration n strides with derivatives, each as much as `DERIVATIVES` without, and the
   halvings of n more; the algebra between them is not counted;
@@ -16,6 +17,7 @@ Floating-point operations are counted by formula, additions and multiplications 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -25,10 +27,12 @@ import numpy as np
 from agents.study.loops import landing_plane
 from agents.study.subject import Subject
 from powered_walker_env.controllers import Network, Optimal
+from powered_walker_env.poincare.stochastic.tables import NEAR
 
 DERIVATIVES = 5  # strides that one with derivatives costs (docs/results.md)
 ITERATIONS, HALVINGS = 6, 4  # of the look-ahead, at most
 STRIDE = 73_000  # of a stride by the kernel: 248 evaluations, 20 steps (docs/results.md)
+SWINGS = 3  # to the section, after a stride of the optimum that looks ahead
 SEED = 60_000  # of the observations
 REACH = 3.0  # observations, of the slice on either side of the gait
 
@@ -65,7 +69,12 @@ def _of_network(network: Network) -> int:
 
 
 def _of_table(controller: Optimal) -> int:
-    return STRIDE + 2 * 8 * len(controller.found.high) + 7
+    found = controller.found
+    table = STRIDE + 2 * 8 * len(found.high) + 7
+    if not found.looks_ahead:
+        return table
+    tried = len(NEAR) ** len(found.high) + math.prod((n + 1) // 2 for n in found.counts)
+    return int(table + tried * (1 + SWINGS) * STRIDE)
 
 
 def _of_look_ahead(controller: Any) -> int:

@@ -83,7 +83,7 @@ def table_passage(subject: Subject) -> dict[str, Any]:
     if isinstance(controller, OpenLoop):
         control: Any = task.control
     elif isinstance(controller, Optimal):
-        control = controller.found.policy
+        control = controller.policy
     else:
         raise ValueError(
             "controller must decide by the section's three numbers for a table of first passages, "

@@ -37,6 +37,8 @@ class OpenLoop:
         actions: k, how many numbers the control has.
     """
 
+    on_section = True  # whatever is seen
+
     def __init__(self, actions: int = 2) -> None:
         self.actions = actions
 

@@ -19,7 +19,9 @@ import numpy as np
 
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Optimum, StepNoise, find_gait, optimum
+from powered_walker_env.poincare.stochastic.rollout import LookAhead
 from powered_walker_env.poincare.stochastic.steps import Progress, Reward
+from powered_walker_env.poincare.stochastic.tables import TablePolicy
 from powered_walker_env.results import load_result
 from powered_walker_env.simulation.strides import Array
 
@@ -52,7 +54,10 @@ class Optimal:
             raise ValueError(
                 f"found must be the optimum of this task, got one with {reason}; {HINT}"
             )
-        self._policy = self.found.policy(deviation_of(task) if self.found.rewarded else None)
+        #: Of states, whole: observations are clipped.
+        self.policy: TablePolicy | LookAhead = self.found.policy(
+            deviation_of(task) if self.found.rewarded else None
+        )
         self._gait, self._scale = task.gait[0], task.scale
         self._nominal, self._half_range = task.nominal, task.half_range
 
@@ -64,7 +69,7 @@ class Optimal:
     def predict(self, observation: Any, *_: Any, deterministic: bool = True) -> tuple[Array, None]:
         """The best actions, as far as the observations are not clipped."""
         seen = np.atleast_2d(np.asarray(observation, np.float64))
-        controls = self._policy(self._gait + seen * self._scale)
+        controls = self.policy(self._gait + seen * self._scale)
         actions = (controls - self._nominal) / self._half_range
         return actions.reshape(*np.shape(observation)[:-1], -1), None
 

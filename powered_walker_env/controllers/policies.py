@@ -37,6 +37,11 @@ class TaskPolicy:
         """What its numbers control, by name."""
         return self.task.scheme.name
 
+    @property
+    def on_section(self) -> bool:
+        """Whether it sees a section's three numbers alone: as its controller says, if it does."""
+        return bool(getattr(self.controller, "on_section", False))
+
     def __call__(self, states: Array) -> Array:
         """(N, k) numbers of the controls; of the motor: switch angles and stall torques."""
         actions = np.clip(self._actions(self._observations(states)), -1.0, 1.0)

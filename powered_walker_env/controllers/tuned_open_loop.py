@@ -58,6 +58,8 @@ class TunedOpenLoop:
         ValueError: an unknown criterion, a gait of several strides.
     """
 
+    on_section = True  # whatever is seen
+
     def __init__(self, task: Task, criterion: str = "sensitivity") -> None:
         #: What was found: action, gait, norm.
         self.tuned: TunedControl = tune_control(task, criterion)

@@ -14,6 +14,7 @@ from powered_walker_env.model.powering.policy import (
     Policy,
     as_policy,
     check_walkable,
+    decides_on_section,
     numbers_for,
     scheme_of,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "ToeOffAtStrike",
     "as_policy",
     "check_walkable",
+    "decides_on_section",
     "numbers_for",
     "register_scheme",
     "scheme_named",

@@ -41,6 +41,10 @@ class Policy(Protocol):
     An attribute `scheme`, the name of one of `SCHEMES`, says what the numbers control; left
     out, it is the motor's switch angle, rad, and stall torque, N m.
 
+    An attribute `on_section = True` says that it decides alike at all states on one orbit of the
+    locked swing, so that three numbers of a section are all it sees (`poincare.sections`). What
+    is tabulated on a hip angle, where the leg is in mid-swing, asks for it (`first_passage`).
+
     A policy that knows its derivative, or calculates in less than double precision, has
     a method `derivative(states)`, (N, 4) to (N, k, 4): it is used in place of differences.
     """
@@ -168,6 +172,11 @@ def numbers_for(control: AnyControl | Policy | None, states: Array) -> Array:
             f"{named.name!r} has {', '.join(named.numbers)}"
         )
     return chosen
+
+
+def decides_on_section(control: AnyControl | Policy | None) -> bool:
+    """Whether a control is the same all along the swing: one that is constant, or says so."""
+    return not callable(control) or bool(getattr(control, "on_section", False))
 
 
 def check_walkable(params: WalkerParams, control: AnyControl | Policy | None) -> Scheme:

@@ -24,6 +24,7 @@ from powered_walker_env.model.state import PostStrikeState, check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.branches.starts import stable_gait
 from powered_walker_env.poincare.sections import Section, section_of
+from powered_walker_env.poincare.stochastic.checks import check_policy
 from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.stochastic.law import Law
 from powered_walker_env.poincare.stochastic.steps import Progress, StepNoise, Stepper, step_law
@@ -76,13 +77,21 @@ class FirstPassage:
 
     @property
     def eigenvalue_error(self) -> float:
-        """By refinement: the change from the coarser grid to this one."""
-        return abs(self.second_eigenvalue - self.coarser_eigenvalue)
+        """By refinement, from the coarser grid to this one; no less than off what is walked."""
+        off = abs(1.0 - self.second_eigenvalue - self.walks.fall_rate()[0])
+        refined = abs(self.second_eigenvalue - self.coarser_eigenvalue)
+        return max(refined, 0.0 if math.isnan(off) else off)
 
     @property
     def strides_error(self) -> float:
-        """By refinement, of the strides on the grid."""
-        return abs(self.strides_on_grid - self.coarser_strides)
+        """Of the mean strides, by refinement; no less than off what is walked, in proportion.
+
+        Where walks are cut off at their limit the table's are, too, before they are compared.
+        """
+        cut = float(self.survival[1:].sum()) + self.leaving * (1.0 + self.after)
+        mean, _ = self.walks.mean
+        off = abs(cut - mean) / cut if cut > 0.0 else math.inf
+        return max(abs(self.strides_on_grid - self.coarser_strides), off * self.mean_strides)
 
 
 def first_passage(
@@ -104,7 +113,9 @@ def first_passage(
 
     Args:
         params: the walker.
-        control: constant, None for a passive walker, or a policy.
+        control: constant, None for a passive walker, or a policy; on a hip angle one that is
+            `on_section` (`Policy`), as the optimum's. What decides by four numbers at heel
+            strike is walked (`disturbed_walks`).
         noise: what disturbs every step.
         start: post-strike state, before a first push; left out, the most stable gait's.
         shape: nodes along each axis of the grid.
@@ -115,13 +126,15 @@ def first_passage(
 
     Raises:
         GaitNotFoundError: no start, and no gait.
-        ValueError: no noise; walks so short that no grid can be placed.
+        ValueError: no noise; walks so short that no grid can be placed; a hip angle, and a policy
+            that is not `on_section`.
     """
     shape = whole_number("shape", shape, 6)
     if noise == StepNoise():
         raise ValueError("noise must disturb the walker, or it never falls, got none")
     here = check_state(stable_gait(params, control).state if start is None else start)
     on = disturbed_section(params, control, noise) if section is None else section
+    check_policy(on, control)
     found, met = visits(params, control, noise, here, on, strides=limit, walks=walks, seed=seed)
     going = met.ahead >= min(MEMORY, limit)
     if going.sum() < FEWEST:

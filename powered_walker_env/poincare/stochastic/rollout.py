@@ -9,6 +9,7 @@ Iteration, and Distributed Reinforcement Learning, 2020, section 2.1).
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -44,6 +45,7 @@ class LookAhead:
     fixed: Array = field(repr=False)  # (B, k) controls tried everywhere
     discount: float
     reward: Reward | None
+    on_section: ClassVar[bool] = True  # strides from one orbit are the same
 
     @property
     def scheme(self) -> str:

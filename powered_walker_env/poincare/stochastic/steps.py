@@ -24,6 +24,7 @@ from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
 from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
+from powered_walker_env.poincare.stochastic.checks import check_policy, check_section
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, AnySection, Grid
 from powered_walker_env.poincare.stochastic.law import Law, normal_points, turned
 from powered_walker_env.poincare.tolerances import FATE_RTOL
@@ -169,9 +170,12 @@ def step_law(
         progress: called with the strides done and those in all.
 
     Raises:
-        ValueError: a grid of no walker's section, or one on the feet where the noise leaves it.
+        ValueError: a grid of no walker's section, or one on the feet where the noise leaves it; a
+            hip angle, and a policy that is not `on_section`.
     """
-    check_section(grid, noise)
+    check_section(grid, level=noise.level, pushed=noise.push > 0)
+    if choices is None and grid.section is not None:
+        check_policy(grid.section, control)
     points, weights = (
         normal_points(push_points) if noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
     )
@@ -195,27 +199,6 @@ def step_law(
     )
     begin = np.concatenate([[0], np.cumsum(counts)])
     return Law(grid, begin, choice, share, mean, gain, worth, points, weights)
-
-
-def check_section(grid: Grid, noise: StepNoise) -> None:
-    """Refuse a grid that the steps leave for other states.
-
-    Raises:
-        ValueError: no section, or the feet where the ground is not level or pushes leave them.
-    """
-    section = grid.section
-    if section is None:
-        raise ValueError("grid must lie on the section of a walker (`section_of`), got none")
-    if section.hip_angle is None and not noise.level:
-        raise ValueError(
-            f"grid must lie on a hip angle for ground that is not level, got {section}; "
-            "take section_of(params, control, level=False)"
-        )
-    if section.hip_angle is None and noise.push > 0 and len(section.coordinates) < DIMENSIONS:
-        raise ValueError(
-            "grid must lie on a hip angle for pushes on a massless point foot, got "
-            f"{section}; take section_of(params, control, level=False)"
-        )
 
 
 def rows_from(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import scipy.ndimage
@@ -29,6 +30,7 @@ class TablePolicy:
     numbers: Array = field(repr=False)  # (N, k) of the controls at the nodes
     scheme: str
     high: Array  # (k,) upper bounds of the numbers
+    on_section: ClassVar[bool] = True
 
     def __repr__(self) -> str:
         return f"TablePolicy({self.scheme}, {self.grid.shape} nodes)"
