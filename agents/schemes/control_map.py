@@ -45,7 +45,7 @@ def control_map(legs: str, nodes: int = NODES) -> dict[str, Any]:
         return gait_near(params, kind(float(switch[node[0]]), float(torque[node[1]])), near)  # type: ignore[call-arg]
 
     own = find_gait(params, control, state)
-    first = (_nearest(switch, control.switch_angle), _nearest(torque, control.stall_torque))  # type: ignore[union-attr]
+    first = (_nearest(switch, control.switch_angle), _nearest(torque, control.stall_torque))  # type: ignore[attr-defined]
     gaits = _spread(first, follow(first, own), follow, nodes)
     names = ("spectral_radius", "mechanical", "electrical", "speed", "step_length")
     tables: dict[str, Any] = {name: [[None] * nodes for _ in range(nodes)] for name in names}
@@ -57,7 +57,7 @@ def control_map(legs: str, nodes: int = NODES) -> dict[str, Any]:
         "legs": legs,
         "switch_angle": switch.tolist(),
         "stall_torque": torque.tolist(),
-        "own": [control.switch_angle, control.stall_torque],  # type: ignore[union-attr]
+        "own": [control.switch_angle, control.stall_torque],  # type: ignore[attr-defined]
         **tables,
     }
 

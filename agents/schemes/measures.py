@@ -112,4 +112,4 @@ def _section(legs: str, gait: Gait) -> Section | None:
         return Section(gait.params)
     if gait.params.knee is not None or not swings_freely(gait.control):
         return None
-    return Section(gait.params, control.switch_angle)  # type: ignore[union-attr]
+    return Section(gait.params, control.switch_angle)  # type: ignore[attr-defined]

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from agents.command import exit_status
 from agents.study.asking import answered, parser
 from agents.study.loops import landing_plane
-from agents.study.policies import FOLDER
 from agents.study.viability_figure import kernel_figure
 from powered_walker_env import Gait, find_gait
 from powered_walker_env.controllers import OpenLoop, load_controller, policy_of
 from powered_walker_env.controllers.evaluation import task_of
+from powered_walker_env.controllers.shipped import FOLDER
 from powered_walker_env.envs.task import Task
 from powered_walker_env.pictures.charts import save_figure
 from powered_walker_env.poincare import StrideMap, viable_states
@@ -128,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     command = parser("viability", __doc__)
     command.add_argument(
         "--policies", type=Path, default=FOLDER,
-        help="a folder with trained policies, WALKER-ppo.npz (default: agents/policies)",
+        help="a folder with trained policies, WALKER-ppo.npz (default: those of the package)",
     )  # fmt: skip
     options = command.parse_args(arguments)
     found = answered(
