@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from powered_walker_env import PRESETS, Gait, find_gait
+from powered_walker_env import PRESETS, Control, Gait, find_gait
 from powered_walker_env.controllers.following import gait_near
 from powered_walker_env.poincare import costs
 
@@ -38,14 +38,13 @@ def control_map(legs: str, nodes: int = NODES) -> dict[str, Any]:
     params, control, state, _ = PRESETS[legs]
     window = WINDOWS[legs]
     switch, torque = (np.linspace(*bounds, nodes) for bounds in window)
-    kind = type(control)
-    assert control is not None
+    assert isinstance(control, Control)
 
     def follow(node: tuple[int, int], near: Gait) -> Gait | None:
-        return gait_near(params, kind(float(switch[node[0]]), float(torque[node[1]])), near)  # type: ignore[call-arg]
+        return gait_near(params, Control(float(switch[node[0]]), float(torque[node[1]])), near)
 
     own = find_gait(params, control, state)
-    first = (_nearest(switch, control.switch_angle), _nearest(torque, control.stall_torque))  # type: ignore[attr-defined]
+    first = (_nearest(switch, control.switch_angle), _nearest(torque, control.stall_torque))
     gaits = _spread(first, follow(first, own), follow, nodes)
     names = ("spectral_radius", "mechanical", "electrical", "speed", "step_length")
     tables: dict[str, Any] = {name: [[None] * nodes for _ in range(nodes)] for name in names}
@@ -57,7 +56,7 @@ def control_map(legs: str, nodes: int = NODES) -> dict[str, Any]:
         "legs": legs,
         "switch_angle": switch.tolist(),
         "stall_torque": torque.tolist(),
-        "own": [control.switch_angle, control.stall_torque],  # type: ignore[attr-defined]
+        "own": [control.switch_angle, control.stall_torque],
         **tables,
     }
 

@@ -30,7 +30,8 @@ def timing(gait: Gait) -> dict[str, Any]:
     )
     scheme, share = scheme_of(gait.control), walked.t / gait.duration
     torque = {phase.name: phase.torque != Torque.NONE for phase in scheme.phases}
-    phases, start = [], 0.0
+    phases: list[dict[str, Any]] = []
+    start = 0.0
     for event in walked.events:
         end = min(event.t / gait.duration, 1.0)
         phases.append(
