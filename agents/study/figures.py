@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from agents.study.cells import CONTROLLERS, LEARNERS, LIGHT, OPEN_LOOP, OPTIMAL
@@ -44,6 +45,11 @@ def figures(records: Sequence[Record], folder: Path) -> list[Path]:
     return [path for path in written if path.suffix == ".png"]
 
 
+def _key(axes: Axes) -> None:
+    """The legend, beside what is drawn: there are too many names to stand in it."""
+    axes.legend(fontsize=7.5, loc="upper left", bbox_to_anchor=(1.01, 1.0))
+
+
 @styled
 def survival(groups: Groups, env_id: str) -> Drawing | None:
     """Strides survived against the size of the pushes; medians over seeds."""
@@ -61,7 +67,7 @@ def survival(groups: Groups, env_id: str) -> Drawing | None:
     axes.axvline(push[1], color=GREY, linewidth=0.8)
     axes.set(xlabel="pushes, standard deviation (rad/s); the line is the level it was made for",
              ylabel="strides survived, of 100", title=env_id, ylim=0)  # fmt: skip
-    axes.legend(fontsize=7.5)
+    _key(axes)
     return Drawing(figure, columns)
 
 
@@ -95,7 +101,7 @@ def learning(groups: Groups, env_id: str) -> Drawing | None:
     axes.set(xscale="log", xlabel="strides walked in training (the first at 10)",
              ylabel="strides survived, of 100; medians of seeds", title=env_id,
              ylim=(0, 105))  # fmt: skip
-    axes.legend(fontsize=7.5)
+    _key(axes)
     first = next(iter(tables))
     return Drawing(figure, tables.pop(first), tables)
 
@@ -139,7 +145,7 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
     reach = SPREAD * max(1.0, *(float(np.abs(values).max()) for values in found.values()))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=env_id,
              xlabel="real part of a multiplier", ylabel="imaginary part")  # fmt: skip
-    axes.legend(fontsize=7.5)
+    _key(axes)
     first = next(iter(tables))
     return Drawing(figure, tables.pop(first), tables)
 
@@ -208,7 +214,7 @@ def _scatter(
     axes.step(x[front] + shift, y[front], where="post", color=GREY, linewidth=0.8, zorder=0)
     axes.set(xscale=scale, yscale="log", xlabel=label,
              ylabel="mean first passage time (strides)", title=env_id)  # fmt: skip
-    axes.legend(fontsize=7.5)
+    _key(axes)
     best = [name in {list(points)[k] for k in front} for name in points]
     return Drawing(figure, {"controller": list(points), "x": x, "strides": y, "on_front": best})
 
