@@ -59,7 +59,7 @@ def fewest_numbers(study: Study, env_id: str) -> str:
 def stable(study: Study, kernels: dict[str, Any]) -> str:
     """The score of the best where the optimum is known; the kernel; how long it lasts."""
     known = [(env_id, level) for level in LEVELS for env_id in WALKERS
-             if known_optimum(env_id, level)[1]]  # fmt: skip
+             if (found := known_optimum(env_id, level)) and found.resolved]  # fmt: skip
     parts = []
     for env_id, level in known:
         best, value = best_learner(study, env_id, level)
