@@ -141,6 +141,7 @@ def test_cost_and_gradient_are_those_of_the_strides_to_come() -> None:
     assert judge(unstable) == np.inf
 
 
+@pytest.mark.slow
 def test_the_ladder_of_fewer_numbers_goes_down() -> None:
     task = task_of(ROUND_FOOT)
     table = few_numbers_table(task)

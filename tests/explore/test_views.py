@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from powered_walker_env import PRESETS, GaitNotFoundError
-from powered_walker_env.controllers import TaskPolicy
+from powered_walker_env.controllers import TaskPolicy, shipped_learners
 from powered_walker_env.envs.registration import ENVIRONMENTS
 from powered_walker_env.explore.aside import Aside, Outdated
 from powered_walker_env.explore.choice import Choice, controllers_offered
@@ -112,7 +112,11 @@ REGISTERED = [preset for preset, _ in ENVIRONMENTS.values()]
 def test_what_comes_with_the_package_decides(preset: str) -> None:
     assert controllers_offered()[:3] == ["open-loop", "lqr", "ppo"]
     assert controllers_offered()[-1] == "optimal"
-    for name in controllers_offered()[2:]:
+    env_id = next(each for each, (home, _) in ENVIRONMENTS.items() if home == preset)
+    missing = set(shipped_learners()) - set(shipped_learners(env_id))
+    for name in missing:
+        assert f"{name} cannot act: no trained" in prospect(Choice.of_preset(preset, name)).problem
+    for name in [each for each in controllers_offered()[2:] if each not in missing]:
         found = prospect(Choice.of_preset(preset, name))
         assert "open loop" not in found.problem
         assert isinstance(found.policy, TaskPolicy)

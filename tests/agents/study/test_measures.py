@@ -98,6 +98,7 @@ def test_a_controller_that_sees_four_numbers_has_no_table() -> None:
         table_passage(subject_of(ROUND_FOOT, "light", "lqr"))
 
 
+@pytest.mark.slow
 def test_the_optimum_has_a_table_of_first_passages() -> None:
     found = table_passage(subject_of(ROUND_FOOT, "rough", "optimal", walks=400))
     assert 5.0 < found["mean"] < 200.0 and found["mean_error"] < found["mean"]

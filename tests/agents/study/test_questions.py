@@ -66,6 +66,7 @@ def test_rungs_and_bodies_are_answered_and_kept(tmp_path: Path) -> None:
         answered(tmp_path, "x.json", [ROUND_FOOT], lambda env_id: {})
 
 
+@pytest.mark.slow
 def test_a_body_is_walked_under_the_same_pushes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(geometry, "WALKS", 200)
     found = geometry.body("PoweredWalkerAsPublished-v0")
@@ -76,6 +77,7 @@ def test_a_body_is_walked_under_the_same_pushes(monkeypatch: pytest.MonkeyPatch)
     assert set(found["changed"]) == set(geometry.GEOMETRY)
 
 
+@pytest.mark.slow
 def test_every_rung_is_there() -> None:
     found = ladder.rungs(ROUND_FOOT)
     assert len(found["pairs"]) == 8 and len(found["subsets"]) == 16
