@@ -132,18 +132,19 @@ def add_step(sums, s, w, mask, taken, pose, pose_new, chain, c):
         blend(sums.positive_work, 0, powered, load(sums.positive_work, 0) + gain)
         blend(sums.impulse, 0, powered, load(sums.impulse, 0) + given)
     ahead = mask & (apart(pose_new) > 0.0)
-    if bits(ahead & (descent < 0.0) & (load(sums.descent, 0) > 0.0)):
-        _dip(sums, s, w, ahead, taken, pose, pose_new, height, descent)
+    turning = ahead & (descent < 0.0) & (load(sums.descent, 0) > 0.0)
+    if bits(turning):
+        _dip(sums, s, w, turning, taken, pose, pose_new, height, descent)
 
 
 @rare
-def _dip(sums, s, w, ahead, taken, pose, pose_new, height, descent):
+def _dip(sums, s, w, turning, taken, pose, pose_new, height, descent):
     """The lowest clearance where it turns inside the step, after the legs have passed."""
     end, descent_end = load(sums.height, 0), load(sums.descent, 0)
     x, _ = cubic_minimum(height, descent * taken, end, descent_end * taken)
     between, between_end = apart(pose), apart(pose_new)
     passed = where(between > 0.0, 0.0, between / (between - between_end))
-    dips = ahead & (x > passed) & (x < 1.0)
+    dips = turning & (x > passed) & (x < 1.0)
     if bits(dips):
         _lower(sums, s, dips, _lowest_inside(s, w, x, passed))
 
