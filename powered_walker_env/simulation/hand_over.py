@@ -10,19 +10,20 @@ import math
 
 import numpy as np
 
-from powered_walker_env.compiled.decorators import once, rare
+from powered_walker_env.compiled.decorators import internal, once, rare
 from powered_walker_env.compiled.lanes import LANES, SIZE, blend, blend_state, load_state, mask_of
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, KNEE_STRIKE, fall_outcome
 from powered_walker_env.model.phases import EXITS, MAX_EXITS, Outcome
 from powered_walker_env.simulation.directions import begin, write_derivatives
 from powered_walker_env.simulation.events import over_at_once
-from powered_walker_env.simulation.lockstep import IDLE, enter, flow_at, place, row_of
+from powered_walker_env.simulation.lockstep import IDLE, enter, flow_at, row_of, settle, start
 from powered_walker_env.simulation.poses import pose_here
 from powered_walker_env.simulation.record import write_log, write_row
 from powered_walker_env.simulation.resets import AFTER, BEFORE, CONTINUE, WITH, apply_resets
 from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.sensitivity import enter_phases, leave_phases
 from powered_walker_env.simulation.totals import begin_sums, clear, end_clearance
+from powered_walker_env.simulation.waiting import called, longer, rests, wake
 from powered_walker_env.simulation.watching import along, watch_here
 
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
@@ -31,40 +32,63 @@ MAX_PHASES = 16  # of one stride
 
 
 @once
-def _rest(s, lane):
+def _idle(s, lane):
     """Nothing is left to do for this lane."""
     s.number[0, lane] = IDLE
     s.busy[0, lane] = 0.0
     s.target[0, lane] = 0.0
 
 
+@internal
+def _goes_on(s, w, sums, lane, long, batch):
+    """Take up the last of the strides that rest before phases of a kind; was there one?"""
+    index = called(s, long, batch)
+    if index >= 0:
+        settle(s, w, lane, index, batch)
+        wake(s, sums, lane, index, batch)
+    return index >= 0
+
+
 @once
-def next_stride(s, w, sums, lane, queue, batch, d):
-    """Place the next stride that can begin in a free lane; the strides begun so far."""
+def _begins(s, w, sums, lane, batch, d):
+    """Begin the next stride that can; is there one?"""
     states = batch.states
-    for index in range(queue, batch.strides):
-        new = place(s, w, lane, index, batch)
+    for index in range(int(s.begun[0, 0]), batch.strides):
+        s.begun[0, 0] = index + 1
+        new = settle(s, w, lane, index, batch)
+        start(s, w, lane, batch)
         begin(d, s, lane, row_of(index, batch.row_count), new)
         if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
-            return index + 1
+            s.longer[0, 0] = longer(batch, int(s.phase[0, lane]))
+            return True
         clear(sums, lane)
         for i in range(SIZE):
             s.final[i, lane] = s.struck[i, lane]
         s.final_thigh[0, lane], s.final_thigh[1, lane] = s.final[2, lane], s.final[5, lane]
         _finish(s, w, sums, lane, np.int64(NOT_FINITE), batch, d)
-    _rest(s, lane)
-    return batch.strides
+    return False
+
+
+@once
+def _next_stride(s, w, sums, lane, batch, d):
+    """Give a free lane a stride, the first choice one that suits the others; did it get one?"""
+    walked = int(s.longer[0, 0])
+    if _goes_on(s, w, sums, lane, walked, batch) or _begins(s, w, sums, lane, batch, d):
+        return True
+    if _goes_on(s, w, sums, lane, 1 - walked, batch):
+        return True
+    _idle(s, lane)
+    return False
 
 
 @rare
-def fill(s, w, sums, lanes, queue, batch, d):
-    """Give the free lanes (bits) a stride each; those that got one, and the strides begun."""
+def fill(s, w, sums, lanes, batch, d):
+    """Give the free lanes (bits) a stride each; those that got one."""
     begun = np.int64(0)
     for lane in range(LANES):
-        if lanes >> lane & 1:
-            queue = next_stride(s, w, sums, lane, queue, batch, d)
-            begun |= (1 << lane) if s.number[0, lane] >= 0 else 0
-    return begun, queue
+        if lanes >> lane & 1 and _next_stride(s, w, sums, lane, batch, d):
+            begun |= 1 << lane
+    return begun
 
 
 @rare
@@ -117,11 +141,8 @@ def _finish(s, w, sums, lane, outcome, batch, d):
 
 
 @rare
-def end_phases(s, w, sums, ended, queue, batch, d):
-    """Pass lanes (bits) on to the next phase or stride.
-
-    Returns those that begin one, and how many strides have been begun.
-    """
+def end_phases(s, w, sums, ended, batch, d):
+    """Pass lanes (bits) on to the next phase or stride; those that begin one."""
     mask, pose = mask_of(ended), pose_here(w)
     _note_ends(s, pose, mask)
     end_clearance(sums, s, mask, pose, constants_lanes(w.constants))
@@ -145,9 +166,11 @@ def end_phases(s, w, sums, ended, queue, batch, d):
         if s.reset[0, lane] != CONTINUE:
             sums.lost[0, lane] += s.lost[0, lane]
         s.phase[0, lane] = to
-        continued |= 1 << lane
-    begun, queue = fill(s, w, sums, free, queue, batch, d)
-    return begun | continued, queue
+        if rests(s, sums, lane, to, batch, d):
+            free |= 1 << lane
+        else:
+            continued |= 1 << lane
+    return fill(s, w, sums, free, batch, d) | continued
 
 
 @once

@@ -31,7 +31,7 @@ def interpolate(s, w):
     """Prepare the interpolant of the steps just made: w.terms."""
     h, y, y_new = load(w.length, 0), load_state(w.y, 0), load_state(w.y_new, 0)
     for extra in range(EXTRA_STAGES):
-        moved = plus(y, h, weighted(_FIRST, _STAGE, _WEIGHT, extra, w.flows))
+        moved = plus(y, h, weighted(_FIRST, _STAGE, _WEIGHT, extra, w.flows, y))
         moved = flow_at(s, w, moved)
         store_state(w.flows, SIZE * (STAGES + 1 + extra), moved)
     first, last = load_state(w.flows, 0), load_state(w.flows, SIZE * STAGES)
@@ -41,7 +41,7 @@ def interpolate(s, w):
     bend = plus(scaled(2.0, change), -1.0 * h, plus(last, 1.0, first))
     store_state(w.terms, 2 * SIZE, bend)
     for k in range(FITTED):
-        fitted = weighted(_TERM_FIRST, _TERM_STAGE, _TERM_WEIGHT, k, w.flows)
+        fitted = weighted(_TERM_FIRST, _TERM_STAGE, _TERM_WEIGHT, k, w.flows, y)
         store_state(w.terms, (3 + k) * SIZE, scaled(h, fitted))
 
 

@@ -221,8 +221,8 @@ def run_strides(
         n, rows_from(memory, KERNEL_ROWS), table(changes), table(walker_changes),
         table(derivatives),
     )  # fmt: skip
-    # A literal 0 is a type of its own to numba, which would compile the callees once more.
-    begun, queue = fill(s, w, sums, np.int64(EVERY_LANE), np.int64(0), batch, d)
+    # A literal is a type of its own to numba, which would compile the callees once more.
+    begun = fill(s, w, sums, np.int64(EVERY_LANE), batch, d)
     for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
         if not bits(load(s.busy, 0) > 0.0):
             break
@@ -232,7 +232,7 @@ def run_strides(
             ended = _advance(s, w, sums, batch, d)
         begun = np.int64(0)
         if ended:
-            begun, queue = end_phases(s, w, sums, ended, queue, batch, d)
+            begun = end_phases(s, w, sums, ended, batch, d)
     # What the tables point to must live until here.
     return int(logged[0, 0]) + 0 * len(block)
 

@@ -61,6 +61,11 @@ _Guards = Annotated[Table, GUARDS]
 class Lockstep(NamedTuple):
     """The eight walkers' places in their strides: tables of lanes, of one row if not said."""
 
+    begun: Table  # in the first column: strides of the batch begun so far
+    longer: Table  # there: have the chains that are walked now a second link
+    resting: Annotated[
+        Table, 2
+    ]  # there: strides that rest (`waiting.py`), without one and with one
     number: Table  # of the stride in the batch, or IDLE
     phase: Table  # number of the phase in the cycle
     phases: Table  # phases so far
@@ -187,26 +192,31 @@ def copy_walker(s, w, lane, rows, row):
 
 
 @internal
-def place(s, w, lane, index, batch):
-    """Start a stride just after heel strike: feet locked, knees straight. Is the walker new?"""
-    row, states = row_of(index, batch.row_count), batch.states
+def settle(s, w, lane, index, batch):
+    """Give a lane to a stride of the batch: its walker, control and ground. Is the walker new?"""
+    row = row_of(index, batch.row_count)
     new = s.walker[0, lane] != row + 1
     if new:
         copy_walker(s, w, lane, batch.rows, row)
-    s.struck[0, lane] = states[index, 0] - w.constants[_LOCK, lane]
+    s.number[0, lane], s.busy[0, lane] = index, 1.0
+    s.switch_angle[0, lane] = batch.controls[index, 0]
+    s.strength[0, lane] = batch.controls[index, 1]
+    s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
+    s.first_phi[0, lane] = batch.states[index, 0] - w.constants[_LOCK, lane]
+    return new
+
+
+@once
+def start(s, w, lane, batch):
+    """Begin the stride of a lane just after heel strike: feet locked, knees straight."""
+    index, states = int(s.number[0, lane]), batch.states
+    s.struck[0, lane] = s.first_phi[0, lane]
     s.struck[1, lane], s.struck[2, lane] = states[index, 0], states[index, 1] + math.pi
     s.struck[3, lane], s.struck[4, lane] = states[index, 2], states[index, 2]
     s.struck[5, lane] = states[index, 3]
     s.struck_thigh[0, lane], s.struck_thigh[1, lane] = s.struck[2, lane], s.struck[5, lane]
-    s.number[0, lane], s.phases[0, lane], s.steps[0, lane] = index, 0, 0
+    s.phases[0, lane], s.steps[0, lane], s.t[0, lane] = 0, 0, 0.0
     s.phase[0, lane] = batch.cycle[0, BENT] if w.constants[_KNEED, lane] > 0.0 else 0.0
-    s.busy[0, lane] = 1.0
-    s.t[0, lane] = 0.0
-    s.switch_angle[0, lane] = batch.controls[index, 0]
-    s.strength[0, lane] = batch.controls[index, 1]
-    s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
-    s.first_phi[0, lane] = s.struck[0, lane]
-    return new
 
 
 @once

@@ -78,7 +78,7 @@ def propagate(d, s, w, mask):
             e = direction_of(d, k)
             t = load_state(e.S, 0)
             if stage > 0:
-                t = plus(t, h, weighted(_FIRST, _STAGE, _WEIGHT, stage - 1, e.flows))
+                t = plus(t, h, weighted(_FIRST, _STAGE, _WEIGHT, stage - 1, e.flows, t))
             dchain, dc = chain_lanes(e.chain), constants_lanes(e.constants)
             drive = moving_drive(s, change_of(d, k, s, STRENGTH))
             moving = constants_duals(c, e.constants)

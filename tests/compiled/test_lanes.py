@@ -19,7 +19,9 @@ from powered_walker_env.compiled.lanes import (
     rows_from,
     store,
     table,
+    unit,
     where,
+    zero,
 )
 from tests.helpers.derivation import Array
 from tests.helpers.lanes import block_of, through
@@ -99,10 +101,28 @@ def choices_by_numpy(a: Array, b: Array) -> Array:
     return np.array([np.where(less, a, b), np.where(less, a, 0.0), np.where(less, 1, b), chosen])
 
 
+@compiled
+def sums_with_zero(block):
+    m = eights(block)
+    a, b, none = load(m, 0), load(m, 1), zero()
+    turned = complex(a, none) + unit(none)
+    store(m, 2, a + none * b)
+    store(m, 3, none - a)
+    store(m, 4, b + none / a)
+    store(m, 5, where(a < b, a, none))
+    store(m, 6, turned.real)
+    store(m, 7, turned.imag + (complex(none, none) * a).real)
+
+
+def sums_with_zero_by_numpy(a: Array, b: Array) -> Array:
+    return np.array([a, 0.0 - a, b, np.where(a < b, a, 0.0), a + 1.0, np.zeros(LANES)])
+
+
 FUNCTIONS = {
     "arithmetic": (arithmetic, arithmetic_by_numpy),
     "comparisons": (comparisons, comparisons_by_numpy),
     "choices": (choices, choices_by_numpy),
+    "sums with zero": (sums_with_zero, sums_with_zero_by_numpy),
 }
 
 

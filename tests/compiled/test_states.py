@@ -15,12 +15,14 @@ from powered_walker_env.compiled.lanes import (
     dual_state,
     eights,
     load,
+    load_like,
     load_state,
     plus,
     scaled,
     selected,
     store_state,
     tangents_of,
+    zero,
 )
 from tests.helpers.derivation import Array
 from tests.helpers.lanes import through
@@ -98,3 +100,24 @@ def test_a_factor_with_a_tangent_is_refused_as_it_would_be_lost() -> None:
 
     with pytest.raises(TypingError, match="plus"):
         wrong(np.zeros(8 * (OUT + SIZE + 1)))
+
+
+@compiled
+def states_of_two_links(block):
+    m = eights(block)
+    a, b, by = load_state(m, A), load_state(m, B), load(m, FACTOR)
+    two = (a[0], zero(), a[2], a[3], zero(), a[5])
+    like = load_like(two, m, B)
+    store_state(m, OUT, two)
+    store_state(m, OUT + SIZE, like)
+    store_state(m, OUT + 2 * SIZE, plus(two, by, like))
+    store_state(m, OUT + 3 * SIZE, plus(two, 2.5, b))
+    store_state(m, OUT + 4 * SIZE, scaled(by, two))
+
+
+def test_what_is_known_to_be_zero_is_not_looked_at(rows: Array) -> None:
+    a, b, by = rows[A:B], rows[B:FACTOR], rows[FACTOR]
+    there = np.array([1.0, 0.0, 1.0, 1.0, 0.0, 1.0])[:, np.newaxis]
+    two, like = a * there, b * there
+    expected = [two, like, two + by * like, two + 2.5 * b, by * two]
+    close(through(states_of_two_links, 5 * SIZE, *rows), expected)

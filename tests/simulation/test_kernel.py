@@ -17,6 +17,7 @@ from powered_walker_env.model.powering import PASSIVE_WALKER, POWERED_WALKER, sc
 from powered_walker_env.simulation import kernel, record, threads
 from powered_walker_env.simulation.directions import CHANGES, OUTPUTS
 from powered_walker_env.simulation.strides import NO_ROWS
+from powered_walker_env.simulation.waiting import RESTING
 from tests.helpers.derivation import Array
 from tests.helpers.landings import clear_of_together
 from tests.helpers.samples import MOTORS, PASSIVE
@@ -274,3 +275,38 @@ def test_the_error_is_within_ten_tolerances_and_no_event_is_jumped_over(name: st
         np.testing.assert_array_equal(found[same, record.OUTCOME], exact[same, record.OUTCOME])
         error = np.abs(found - exact)[walked & clear][:, compared]
         assert error.max() < 10.0 * rtol
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
+@pytest.mark.parametrize("name", PRESETS)
+def test_strides_that_rest_between_phases_are_the_same_strides(name: str, rtol: float) -> None:
+    """Most of a batch rest, while others walk chains of as many links; alone nobody does, and
+    eight never, whose chains differ while they walk."""
+    params, control, state, _ = PRESETS[name]
+    rng = np.random.default_rng(8)
+    states = (
+        np.array(state) + rng.normal(size=(160, 4)) * SPREAD * np.repeat([0.1, 1.0], 80)[:, None]
+    )
+    rows = Rows(
+        scheme_of(control).cycle, states, np.array([scheme_of(control).row(control)] * 160),
+        np.array([pack(params)]),
+    )  # fmt: skip
+    rows.heights[::3] = rng.normal(size=len(rows.heights[::3])) * 1e-3
+    together, _ = rows.walked(rtol)
+    np.testing.assert_array_equal(together, some_at_a_time(rows, 1, rtol))
+    np.testing.assert_array_equal(together, some_at_a_time(rows, LANES, rtol))
+
+
+def some_at_a_time(rows: Rows, size: int, rtol: float) -> Array:
+    """The results of all, so many in a batch."""
+    found = []
+    for first in range(0, len(rows.states), size):
+        part = slice(first, first + size)
+        some = Rows(rows.cycle, rows.states[part], rows.controls[part], rows.walkers)
+        some.heights = rows.heights[part]
+        found.append(some.walked(rtol)[0])
+    return np.concatenate(found)
+
+
+def test_a_stride_at_rest_fits_into_its_row_of_the_results() -> None:
+    assert RESTING.size <= record.RESULTS

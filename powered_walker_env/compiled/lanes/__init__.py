@@ -26,6 +26,7 @@ from powered_walker_env.compiled.lanes.states import (
     SIZE,
     blend_state,
     dual_state,
+    load_like,
     load_state,
     plus,
     scaled,
@@ -44,6 +45,7 @@ from powered_walker_env.compiled.lanes.tables import (
     table,
 )
 from powered_walker_env.compiled.lanes.trigonometry import unit
+from powered_walker_env.compiled.lanes.zero import zero
 
 __all__ = [
     "LANES",
@@ -64,6 +66,7 @@ __all__ = [
     "eighth_root",
     "eights",
     "load",
+    "load_like",
     "load_state",
     "mask_of",
     "plus",
@@ -76,4 +79,5 @@ __all__ = [
     "tangents_of",
     "unit",
     "where",
+    "zero",
 ]

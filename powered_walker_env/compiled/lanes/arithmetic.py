@@ -26,10 +26,12 @@ from powered_walker_env.compiled.lanes.kinds import (
     Mask,
     Number,
     Plane,
+    Zero,
     constant,
     is_number,
     kind_of,
     number_of,
+    product_of,
     value_of,
 )
 
@@ -126,15 +128,21 @@ def _real_only(result_of):
     return lambda pair: None if kind_of(pair) in (Plane, DualPlane) else result_of(pair)
 
 
-for _operation, _formula in (
-    (operator.add, _sum), (operator.sub, _difference), (operator.mul, _product),
-):  # fmt: skip
-    _declare(_operation, kind_of)
+def _quotient_of(pair):
+    return None if pair[1] == Zero else product_of(pair)
+
+
+for _operation, _formula, _kind in (
+    (operator.add, _sum, kind_of),
+    (operator.sub, _difference, kind_of),
+    (operator.mul, _product, product_of),
+):
+    _declare(_operation, _kind)
     _define(_operation, _formula)
-_declare(operator.truediv, _real_only(kind_of))
-_define(operator.truediv, _quotient, (Lanes, Dual))
-_declare(complex, lambda pair: DualPlane if kind_of(pair) == Dual else Plane)
-_define(complex, lambda _, a, b: Number(a.real, b.real, a.dreal, b.dreal), (Lanes, Dual))
+_declare(operator.truediv, _real_only(_quotient_of))
+_define(operator.truediv, _quotient, (Lanes, Dual, Zero))
+_declare(complex, lambda pair: {Dual: DualPlane, Zero: Zero}.get(kind_of(pair), Plane))
+_define(complex, lambda _, a, b: Number(a.real, b.real, a.dreal, b.dreal), (Lanes, Dual, Zero))
 
 
 def _compared(sign):
@@ -184,6 +192,7 @@ def _attributes(kind, parts):
 
 
 _REAL, _IMAG = {"real": "real"}, {"real": "imag"}
+_attributes(Zero, {"real": (Zero, {}), "imag": (Zero, {})})
 _attributes(Plane, {"real": (Lanes, _REAL), "imag": (Lanes, _IMAG)})
 _attributes(Dual, {"value": (Lanes, _REAL), "tangent": (Lanes, {"real": "dreal"})})
 _attributes(

@@ -2,7 +2,8 @@
 
 A number has a real part, and may have an imaginary part and tangents (first derivatives along
 one direction): `Lanes` is real, `Plane` complex, `Dual` real with its tangent, `DualPlane`
-complex with its tangent. `Mask` holds truths.
+complex with its tangent. `Zero` is the number that is known to be zero in all lanes: what is added
+to it or multiplied by it takes no time. `Mask` holds truths.
 """
 
 from __future__ import annotations
@@ -45,7 +46,11 @@ class _Dual(_Kind): ...
 class _DualPlane(_Kind): ...
 
 
+class _Zero(_Kind): ...
+
+
 Lanes, Mask, Plane, Dual, DualPlane = _Lanes(), _Mask(), _Plane(), _Dual(), _DualPlane()
+Zero = _Zero()
 
 #: The vectors that each kind of number is made of, out of `Number`'s.
 MEMBERS = {
@@ -53,10 +58,11 @@ MEMBERS = {
     Plane: ("real", "imag"),
     Dual: ("real", "dreal"),
     DualPlane: ("real", "imag", "dreal", "dimag"),
+    Zero: (),
 }
 
 
-def _primitive(kind: type[_Kind], vector: ir.VectorType) -> None:
+def _primitive(kind: type[_Kind], vector: ir.Type) -> None:
     @register_model(kind)
     class _Model(models.PrimitiveModel):
         def __init__(self, manager, numba_type):
@@ -72,6 +78,7 @@ def _structure(kind: type[_Kind], members: tuple[str, ...]) -> None:
 
 _primitive(_Lanes, FLOATS)
 _primitive(_Mask, BITS)
+_primitive(_Zero, ir.IntType(8))
 _structure(_Plane, MEMBERS[Plane])
 _structure(_Dual, MEMBERS[Dual])
 _structure(_DualPlane, MEMBERS[DualPlane])
@@ -80,7 +87,7 @@ _structure(_DualPlane, MEMBERS[DualPlane])
 class Number(NamedTuple):
     """The vectors of a number; None where it has no such part."""
 
-    real: ir.Value
+    real: ir.Value | None = None
     imag: ir.Value | None = None
     dreal: ir.Value | None = None
     dimag: ir.Value | None = None
@@ -113,7 +120,9 @@ def number_of(context, builder, numba_type, value):
 def value_of(context, builder, numba_type, number):
     """The value of a type with these vectors; parts that it lacks are zero."""
     if numba_type == Lanes:
-        return number.real
+        return constant(0.0) if number.real is None else number.real
+    if numba_type == Zero:
+        return ir.Constant(ir.IntType(8), 0)
     made = ir.Constant(context.get_value_type(numba_type), ir.Undefined)
     for i, name in enumerate(MEMBERS[numba_type]):
         part = getattr(number, name)
@@ -127,7 +136,9 @@ def is_number(numba_type):
 
 
 def kind_of(numba_types):
-    """The kind of number that an operation on these makes."""
+    """The kind of number that a sum of these is."""
+    if all(each == Zero for each in numba_types):
+        return Zero
     dual = Dual in numba_types or DualPlane in numba_types
     flat = any(
         each in (Plane, DualPlane) or isinstance(each, types.Complex) for each in numba_types
@@ -135,3 +146,8 @@ def kind_of(numba_types):
     if dual:
         return DualPlane if flat else Dual
     return Plane if flat else Lanes
+
+
+def product_of(numba_types):
+    """The kind of number that a product of these is."""
+    return Zero if Zero in numba_types else kind_of(numba_types)

@@ -1,7 +1,8 @@
 """States: the six numbers of three links, angles and rates, for eight walkers at once.
 
-A state is a tuple of six `Lanes`, or of six `Dual`s. Each function here is one operation on all
-six, so that a method of integration reads as its formula does.
+A state is a tuple of six `Lanes`, or of six `Dual`s; those of a link that does not exist may be
+`Zero`. Each function here is one operation on all six, so that a method of integration reads as its
+formula does.
 """
 
 from __future__ import annotations
@@ -17,6 +18,9 @@ from powered_walker_env.compiled.lanes.kinds import (
     Lanes,
     Mask,
     Number,
+    Zero,
+    constant,
+    kind_of,
     number_of,
     value_of,
 )
@@ -29,16 +33,24 @@ DualState = types.UniTuple(Dual, SIZE)
 
 def _numbers(context, builder, kind, value):
     parts = (builder.extract_value(value, i) for i in range(SIZE))
-    return [number_of(context, builder, kind.dtype, part) for part in parts]
+    return [number_of(context, builder, *each) for each in zip(kind, parts, strict=True)]
 
 
 def _made(context, builder, kind, numbers):
-    values = [value_of(context, builder, kind.dtype, each) for each in numbers]
+    values = [value_of(context, builder, *each) for each in zip(kind, numbers, strict=True)]
     return context.make_tuple(builder, kind, values)
 
 
 def _row(builder, row, i):
     return builder.add(row, ir.IntType(64)(i))
+
+
+def _is_state(kind):
+    return (
+        isinstance(kind, types.BaseTuple)
+        and len(kind) == SIZE
+        and all(each in (Lanes, Dual, Zero) for each in kind)
+    )
 
 
 @intrinsic
@@ -55,9 +67,25 @@ def load_state(typing_context, rows, row):
     return State(TABLE, types.intp), code
 
 
+@intrinsic
+def load_like(typing_context, state, rows, row):
+    """Six rows as a state of another's kind: what is `Zero` there is not looked at."""
+
+    def code(context, builder, signature, args):
+        loaded = []
+        for i, kind in enumerate(state):
+            pointer = row_pointer(context, builder, args[1], _row(builder, args[2], i))
+            known = kind == Zero
+            loaded.append(Number() if known else Number(builder.load(pointer, align=ALIGNMENT)))
+        return _made(context, builder, state, loaded)
+
+    return state(state, TABLE, types.intp), code
+
+
 def _store(context, builder, args, mask, vectors):
     for i, new in enumerate(vectors):
         pointer = row_pointer(context, builder, args[0], _row(builder, args[1], i))
+        new = constant(0.0) if new is None else new
         if mask is not None:
             new = builder.select(mask, new, builder.load(pointer, align=ALIGNMENT))
         builder.store(new, pointer, align=ALIGNMENT)
@@ -89,7 +117,7 @@ def blend_state(typing_context, rows, row, mask, state):
 @intrinsic
 def plus(typing_context, a, factor, b):
     """a + factor·b, number by number; the factor does not change."""
-    if a not in (State, DualState) or b not in (State, DualState) or factor == Dual:
+    if not _is_state(a) or not _is_state(b) or factor == Dual:
         return None
     factor = factor if factor == Lanes else types.float64
 
@@ -104,7 +132,7 @@ def plus(typing_context, a, factor, b):
         ]
         return _made(context, builder, signature.return_type, moved)
 
-    result = DualState if DualState in (a, b) else State
+    result = types.BaseTuple.from_types([kind_of(pair) for pair in zip(a, b, strict=True)])
     return result(a, factor, b), code
 
 
@@ -116,11 +144,9 @@ def scaled(typing_context, factor, a):
     def code(context, builder, signature, args):
         by = number_of(context, builder, signature.args[0], args[0]).real
         numbers = _numbers(context, builder, signature.args[1], args[1])
-        return _made(
-            context, builder, State, [Number(Code(builder).mul(by, x.real)) for x in numbers]
-        )
+        return _made(context, builder, a, [Number(Code(builder).mul(by, x.real)) for x in numbers])
 
-    return State(factor, State), code
+    return a(factor, a), code
 
 
 @intrinsic

@@ -20,6 +20,7 @@ from powered_walker_env.compiled.lanes.kinds import (
     Dual,
     Lanes,
     Mask,
+    Zero,
     constant,
 )
 from powered_walker_env.compiled.lanes.selection import dual, where
@@ -109,6 +110,8 @@ def _unit(angle):
         return lambda angle: _plain_unit(angle)
     if angle == Dual:
         return lambda angle: _dual_unit(angle)
+    if angle == Zero:
+        return lambda angle: complex(1.0, 0.0)
     return None
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from powered_walker_env.compiled.decorators import small
+from powered_walker_env.compiled.lanes import zero
 from powered_walker_env.model.mechanics.constants import Constants
 from powered_walker_env.model.mechanics.dual import choose, real, square, unit, value_of
 
@@ -44,6 +46,16 @@ class Chains(NamedTuple):
     locked: Any  # all joints but the hip locked
     free: Any  # the stance ankle free
     bent: Any  # the swing knee free; of a walker without knees the first
+
+
+@small
+def without_second(chain: Any) -> Chain:
+    """A chain whose second link does not exist, said so that its numbers take a kernel no time."""
+    return Chain(
+        chain.lever1, zero(), chain.moment1, zero(), chain.moment3,
+        chain.inertia1, 1.0, chain.inertia3, chain.share3, chain.roll,
+        chain.hip1, zero(), chain.hip3, chain.hip0, zero(), zero(),
+    )  # fmt: skip
 
 
 def locked_chain(c: Constants) -> Chain:
