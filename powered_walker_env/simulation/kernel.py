@@ -52,10 +52,9 @@ from powered_walker_env.simulation.runge_kutta import (
     chain_lanes,
     constants_lanes,
     error_norm,
-    natural_length,
-    next_length,
     stability_norm,
     step,
+    step_factor,
     workspace,
 )
 from powered_walker_env.simulation.sensitivity import propagate
@@ -70,9 +69,7 @@ LONGEST_STEP = 0.5  # so that no guard can turn twice inside a step
 SHORTEST_STEP = 1e-12
 LINEAR = 1e-3  # times √rtol: a way to an event that is linear to its square
 MAX_STEPS = 20_000
-#: Of the natural length from one step to the next: an estimate of the error below 0.3 of what the
-#: last step lets expect is not believed.
-GROWTH = 0.3**-0.125
+DOUBT = 0.3  # of the error that the last step lets expect: an estimate is not believed below
 TOLERANCE_SHARE = 0.1  # of rtol for one step: the stride map multiplies errors by about 10
 #: Foot to foot, over L, up to which the feet stand together and no touch is a landing: at most,
 #: and otherwise √rtol.
@@ -141,14 +138,16 @@ def _control_steps(s, w, error):
     not believed: estimates pass through zero where errors do not.
     """
     stepping, busy = load(s.target, 0) > 0.0, load(s.busy, 0) > 0.0
-    length, last, accurate = load(w.length, 0), load(s.natural, 0), error <= 1.0
-    natural, most = natural_length(error, length), GROWTH * last
-    natural = where(natural < most, natural, most)
-    store(s.natural, 0, where(accurate & ~stepping, natural, last))
-    proposed = next_length(natural, length)
-    proposed = where((load(s.refused, 0) > 0.0) & (proposed > length), length, proposed)
+    square = load(w.length, 0) * load(w.length, 0)
+    eighth, expected = square * square * (square * square), load(s.expected, 0)
+    doubted = DOUBT * expected * eighth
+    error = where(error < doubted, doubted, error)
+    accurate = error <= 1.0
+    store(s.expected, 0, where(accurate & ~stepping, error / eighth, expected))
+    factor = step_factor(error)
+    factor = where((load(s.refused, 0) > 0.0) & (factor > 1.0), 1.0, factor)
     store(s.refused, 0, where(accurate, 0.0 * error, 1.0))
-    store(s.h, 0, where(stepping, load(s.h, 0), proposed))
+    store(s.h, 0, where(stepping, load(s.h, 0), load(w.length, 0) * factor))
     return bits((stepping | accurate) & busy)
 
 

@@ -50,7 +50,6 @@ GUARDS = len(Guard)  # Guard.NEVER included
 ANKLE_FREE, KNEE_FREE = int(Joints.ANKLE_FREE), int(Joints.KNEE_FREE)
 MOTOR, HIP = int(Torque.MOTOR), int(Torque.HIP)
 IDLE = -1
-UNKNOWN = 1e300  # s, a length of step beyond all others
 LOCKED_FIRST_STEP = 3.0  # the legs alone swing slowly, foot and motor do not
 
 _Pose = Annotated[Table, SIZE]
@@ -63,9 +62,7 @@ class Lockstep(NamedTuple):
 
     begun: Table  # in the first column: strides of the batch begun so far
     longer: Table  # there: have the chains that are walked now a second link
-    resting: Annotated[
-        Table, 2
-    ]  # there: strides that rest (`waiting.py`), without one and with one
+    resting: Annotated[Table, 2]  # there: at rest, before a phase without one and with one
     number: Table  # of the stride in the batch, or IDLE
     phase: Table  # number of the phase in the cycle
     phases: Table  # phases so far
@@ -78,7 +75,7 @@ class Lockstep(NamedTuple):
     t: Table  # s since the stride began
     h: Table  # s, what the step control proposes
     refused: Table  # was the last step too long
-    natural: Table  # s, of a step as long as its error would bear, by the last one
+    expected: Table  # 1/s⁸, the last step's error over its tolerance and its length's eighth power
     whole: Table  # s, the step in which an event was found
     fraction: Table  # of a step, at which a guard falls
     unit: Table  # s, √(L/g)
@@ -246,9 +243,8 @@ def enter(s, w, mask, batch):
             watched |= 1 << guard
     s.watched[0, 0] = watched
     blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
-    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused):
+    for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused, s.expected):
         blend(row, 0, mask, 0.0)
-    blend(s.natural, 0, mask, UNKNOWN)
     blend(s.fresh, 0, mask, 1.0)
     of_phase = joined(w)
     for i in range(CHAIN_SIZE):

@@ -193,15 +193,12 @@ def _squares(a, b, c, d, e, f):
 
 
 @once
-def natural_length(error, length):
-    """The length, s, of a step with an error of 1; 0 where the error is not a number."""
-    natural = length / eighth_root(where(error > TINY, error, TINY))
-    return where(error >= 0.0, natural, 0.0)
+def step_factor(error):
+    """How much longer the next step may be, from the error norm of this one.
 
-
-@once
-def next_length(natural, length):
-    """s, of the step after one of a length, somewhat shorter than the natural one."""
-    shortest, longest, found = SMALLEST_FACTOR * length, LARGEST_FACTOR * length, SAFETY * natural
-    found = where(found < longest, found, longest)
-    return where(found > shortest, found, shortest)
+    An error that is not a number shortens it most.
+    """
+    factor = SAFETY / eighth_root(where(error > TINY, error, TINY))
+    factor = where(factor < LARGEST_FACTOR, factor, LARGEST_FACTOR)
+    factor = where(factor > SMALLEST_FACTOR, factor, SMALLEST_FACTOR)
+    return where(error >= 0.0, factor, SMALLEST_FACTOR)
