@@ -5,8 +5,8 @@
 - `kernel`: eight walkers abreast; `lockstep`: where each is in its stride; `runge_kutta` and
   `interpolant`: its steps; `watching`, `roots`, `events`: guards, where they fall through zero, and
   the way there; `hand_over` and `resets`: where phases and strides end and begin; `waiting`: which
-  comes next; `totals` and `record`: what is summed up and noted down; `sensitivity`: the
-  variational equations.
+  stride comes next, and when; `totals` and `record`: what is summed up and noted down;
+  `sensitivity`: the variational equations.
 
 One landing: the guard falls in `events`, `hand_over.end_phases` applies the reset and writes the
 result, and the reset's formula is `model/mechanics/heel_strike.py`.

@@ -16,14 +16,14 @@ from powered_walker_env.model.mechanics.guards import FIRST_FALL, KNEE_STRIKE, f
 from powered_walker_env.model.phases import EXITS, MAX_EXITS, Outcome
 from powered_walker_env.simulation.directions import begin, write_derivatives
 from powered_walker_env.simulation.events import over_at_once
-from powered_walker_env.simulation.lockstep import IDLE, enter, flow_at, row_of, settle, start
+from powered_walker_env.simulation.lockstep import IDLE, enter, flow_at
 from powered_walker_env.simulation.poses import pose_here
 from powered_walker_env.simulation.record import write_log, write_row
 from powered_walker_env.simulation.resets import AFTER, BEFORE, CONTINUE, WITH, apply_resets
 from powered_walker_env.simulation.runge_kutta import constants_lanes
 from powered_walker_env.simulation.sensitivity import enter_phases, leave_phases
 from powered_walker_env.simulation.totals import begin_sums, clear, end_clearance
-from powered_walker_env.simulation.waiting import called, longer, rests, wake
+from powered_walker_env.simulation.waiting import called, rests, row_of, settle, start, wake
 from powered_walker_env.simulation.watching import along, watch_here
 
 WALKED, NOT_FINITE = int(Outcome.WALKED), int(Outcome.NOT_FINITE)
@@ -59,7 +59,6 @@ def _begins(s, w, sums, lane, batch, d):
         start(s, w, lane, batch)
         begin(d, s, lane, row_of(index, batch.row_count), new)
         if math.isfinite(states[index, 0] + states[index, 1] + states[index, 2] + states[index, 3]):
-            s.longer[0, 0] = longer(batch, int(s.phase[0, lane]))
             return True
         clear(sums, lane)
         for i in range(SIZE):

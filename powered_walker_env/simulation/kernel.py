@@ -59,6 +59,7 @@ from powered_walker_env.simulation.runge_kutta import (
 )
 from powered_walker_env.simulation.sensitivity import propagate
 from powered_walker_env.simulation.totals import TOTALS, add_step, totals
+from powered_walker_env.simulation.waiting import waited_enough
 from powered_walker_env.simulation.watching import along, factor_rate, landing_lanes
 
 NO_LANDING, NO_KNEE_STRIKE = int(Outcome.NO_LANDING), int(Outcome.NO_KNEE_STRIKE)
@@ -101,7 +102,7 @@ def _give_up(s, w, error, good, taken):
     late = bits(load(s.t, 0) >= TIME_LIMIT * unit) & taken
     stuck = bits(load(s.h, 0) < SHORTEST_STEP * unit) & ~good
     lost = stuck & ~bits(error < math.inf)
-    store(s.steps, 0, load(s.steps, 0) + 1.0)
+    store(s.steps, 0, load(s.steps, 0) + load(s.busy, 0))
     stuck |= bits(load(s.steps, 0) > MAX_STEPS)
     given_up = (late | stuck) & bits(load(s.busy, 0) > 0.0)
     if given_up:
@@ -221,17 +222,17 @@ def run_strides(
         table(derivatives),
     )  # fmt: skip
     # A literal is a type of its own to numba, which would compile the callees once more.
-    begun = fill(s, w, sums, np.int64(EVERY_LANE), batch, d)
+    begun, ended = fill(s, w, sums, np.int64(EVERY_LANE), batch, d), np.int64(0)
     for _ in range((MAX_STEPS + MAX_PHASES) * batch.strides + 1):
-        if not bits(load(s.busy, 0) > 0.0):
-            break
         if begun:
             ended = begin_phases(s, w, sums, begun, batch, d)
+        elif bits(load(s.busy, 0) > 0.0):
+            ended |= _advance(s, w, sums, batch, d)
         else:
-            ended = _advance(s, w, sums, batch, d)
+            break
         begun = np.int64(0)
-        if ended:
-            begun = end_phases(s, w, sums, ended, batch, d)
+        if ended and waited_enough(s, ended):
+            begun, ended = end_phases(s, w, sums, ended, batch, d), np.int64(0)
     # What the tables point to must live until here.
     return int(logged[0, 0]) + 0 * len(block)
 

@@ -7,10 +7,9 @@ on. Tables end with the lanes; truths are 1 and 0.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, NamedTuple
 
-from powered_walker_env.compiled.decorators import internal, once, rare, small
+from powered_walker_env.compiled.decorators import once, rare, small
 from powered_walker_env.compiled.lanes import (
     SIZE,
     Table,
@@ -25,17 +24,11 @@ from powered_walker_env.compiled.records import Layout
 from powered_walker_env.model.mechanics.actuation import Drive, flow
 from powered_walker_env.model.mechanics.guards import FIRST_FALL, Aims
 from powered_walker_env.model.mechanics.packing import (
-    BENT_CHAIN,
     CHAIN,
     CHAIN_SIZE,
     CONSTANTS,
-    CONSTANTS_SIZE,
-    FREE_CHAIN,
-    LOCKED_CHAIN,
-    OWN,
 )
 from powered_walker_env.model.phases import (
-    BENT,
     EXITS,
     JOINTS,
     MAX_EXITS,
@@ -63,13 +56,14 @@ class Lockstep(NamedTuple):
     begun: Table  # in the first column: strides of the batch begun so far
     longer: Table  # there: have the chains that are walked now a second link
     resting: Annotated[Table, 2]  # there: at rest, before a phase without one and with one
+    waited: Table  # there: steps for which lanes have waited for others to end their phases
     number: Table  # of the stride in the batch, or IDLE
     phase: Table  # number of the phase in the cycle
     phases: Table  # phases so far
     steps: Table  # steps so far
     tries: Table  # steps towards the present event
     ending: Table  # how a phase ends: its guard, or -1 - outcome
-    busy: Table  # is there a stride
+    busy: Table  # is there a stride, and its phase not over
     elapsed: Table  # has the phase taken time
     fresh: Table  # is this the phase's first step
     t: Table  # s since the stride began
@@ -137,12 +131,6 @@ class Batch(NamedTuple):
 
 
 @small
-def row_of(index, count):
-    """Row of a stride in an array with one row for each or one for all."""
-    return index if count > 1 else 0
-
-
-@small
 def acting(s):
     """What drives the eight walkers."""
     strength = load(s.strength, 0)
@@ -175,48 +163,6 @@ def flow_at(s, w, y):
 
 
 @once
-def copy_walker(s, w, lane, rows, row):
-    """Write a walker's constants and chains into a lane."""
-    for i in range(CONSTANTS_SIZE):
-        w.constants[i, lane] = rows[row, OWN + i]
-    for i in range(CHAIN_SIZE):
-        w.locked_chain[i, lane] = rows[row, LOCKED_CHAIN + i]
-        w.free_chain[i, lane] = rows[row, FREE_CHAIN + i]
-        w.bent_chain[i, lane] = rows[row, BENT_CHAIN + i]
-    c = _constants_lane(w.constants, lane)
-    s.unit[0, lane] = math.sqrt(c.L / abs(c.g))
-    s.walker[0, lane] = row + 1
-
-
-@internal
-def settle(s, w, lane, index, batch):
-    """Give a lane to a stride of the batch: its walker, control and ground. Is the walker new?"""
-    row = row_of(index, batch.row_count)
-    new = s.walker[0, lane] != row + 1
-    if new:
-        copy_walker(s, w, lane, batch.rows, row)
-    s.number[0, lane], s.busy[0, lane] = index, 1.0
-    s.switch_angle[0, lane] = batch.controls[index, 0]
-    s.strength[0, lane] = batch.controls[index, 1]
-    s.height[0, lane] = batch.heights[row_of(index, batch.height_count), 0]
-    s.first_phi[0, lane] = batch.states[index, 0] - w.constants[_LOCK, lane]
-    return new
-
-
-@once
-def start(s, w, lane, batch):
-    """Begin the stride of a lane just after heel strike: feet locked, knees straight."""
-    index, states = int(s.number[0, lane]), batch.states
-    s.struck[0, lane] = s.first_phi[0, lane]
-    s.struck[1, lane], s.struck[2, lane] = states[index, 0], states[index, 1] + math.pi
-    s.struck[3, lane], s.struck[4, lane] = states[index, 2], states[index, 2]
-    s.struck[5, lane] = states[index, 3]
-    s.struck_thigh[0, lane], s.struck_thigh[1, lane] = s.struck[2, lane], s.struck[5, lane]
-    s.phases[0, lane], s.steps[0, lane], s.t[0, lane] = 0, 0, 0.0
-    s.phase[0, lane] = batch.cycle[0, BENT] if w.constants[_KNEED, lane] > 0.0 else 0.0
-
-
-@once
 def enter(s, w, mask, batch):
     """Begin phases of the cycle from the poses in s.struck: their chains, drives and guards.
 
@@ -242,6 +188,7 @@ def enter(s, w, mask, batch):
         if bits(load(s.active, guard) > 0.0):
             watched |= 1 << guard
     s.watched[0, 0] = watched
+    blend(s.busy, 0, mask, 1.0)
     blend(s.phases, 0, mask, load(s.phases, 0) + 1.0)
     for row in (s.target, s.scuffed, s.correction, s.elapsed, s.refused, s.expected):
         blend(row, 0, mask, 0.0)

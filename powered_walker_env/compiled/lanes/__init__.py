@@ -21,7 +21,7 @@ from powered_walker_env.compiled.lanes import (
 )
 from powered_walker_env.compiled.lanes.exponents import eighth_root
 from powered_walker_env.compiled.lanes.kinds import LANES, Dual, DualPlane, Lanes, Mask, Plane
-from powered_walker_env.compiled.lanes.selection import at_lane_0, bits, dual, mask_of, where
+from powered_walker_env.compiled.lanes.selection import at_lane_0, bits, count, dual, mask_of, where
 from powered_walker_env.compiled.lanes.states import (
     SIZE,
     blend_state,
@@ -61,6 +61,7 @@ __all__ = [
     "bits",
     "blend",
     "blend_state",
+    "count",
     "dual",
     "dual_state",
     "eighth_root",

@@ -63,6 +63,16 @@ def bits(typing_context, mask):
 
 
 @intrinsic
+def count(typing_context, bits):
+    """How many bits are set."""
+
+    def lowered(context, builder, signature, args):
+        return builder.ctpop(args[0])
+
+    return types.int64(types.int64), lowered
+
+
+@intrinsic
 def mask_of(typing_context, bits):
     """The inverse of `bits`."""
 
