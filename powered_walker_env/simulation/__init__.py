@@ -1,7 +1,8 @@
 """How a stride is computed, from heel strike to heel strike, with its derivatives.
 
 - `strides`, `derivatives`, `trajectory`: what Python calls: one stride, many, many with their
-  derivatives, a walk sampled in time; `arguments` checks what they are given;
+  derivatives, a walk sampled in time; `arguments` checks what they are given, `desk` keeps
+  memory for them;
 - `kernel`: eight walkers abreast; `lockstep`: where each is in its stride; `runge_kutta` and
   `interpolant`: its steps; `watching`, `roots`, `events`: guards, where they fall through zero, and
   the way there; `hand_over` and `resets`: where phases and strides end and begin; `waiting`: which

@@ -183,6 +183,15 @@ def _advance(s, w, sums, batch, d):
     return ended | (_give_up(s, w, error, good, taken) & ~ended)
 
 
+@once
+def _clear(memory, w):
+    """No lane has had a stride."""
+    for lane in range(LANES):
+        for row in range(LOCKSTEP_ROWS):
+            memory[row, lane] = 0.0
+        w.free[0, lane] = w.bent[0, lane] = 0.0
+
+
 @slow_kernel
 def run_strides(
     block, cycle, states, controls, rows, heights, rtol, results, interval, log,
@@ -202,7 +211,7 @@ def run_strides(
             post-strike state (4) and the control (2), and
         walker_changes: (n·rows, ROW) of the packed walkers, n for each.
         derivatives: (N·n, OUTPUTS) of the post-strike state, duration, step length.
-        block: `workspace_for(n)`.
+        block: `workspace_for(n)`; for n = 0 it may have been used before.
 
     Returns:
         The number of rows written to `log`.
@@ -211,6 +220,7 @@ def run_strides(
     memory = rows_from(logged, 1)
     s, w = lockstep(memory), workspace(rows_from(memory, LOCKSTEP_ROWS))
     sums = totals(rows_from(memory, LOCKSTEP_ROWS + WORKSPACE_ROWS))
+    _clear(memory, w)
     batch = Batch(
         states.shape[0], cycle.shape[0], table(cycle), table(states), table(controls),
         table(rows), rows.shape[0], table(heights), heights.shape[0],

@@ -21,6 +21,7 @@ from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.simulation import kernel, record
 from powered_walker_env.simulation.arguments import Array as Array
 from powered_walker_env.simulation.arguments import check_batch, check_heights, check_rtol, rows_of
+from powered_walker_env.simulation.desk import DESKS, WORKSPACES
 from powered_walker_env.simulation.threads import run_in_slices
 from powered_walker_env.simulation.walked import Stride, StrideBatch, stride_of
 
@@ -54,11 +55,18 @@ def stride(
     """
     checked = check_state(state)
     control = as_policy(control, checked)
-    powered, start = check_walkable(params, control), np.array([[*checked]])
-    row = rows_of(control, start) if callable(control) else np.array([powered.row(control)])
-    heights, results = check_heights(step_height, 1), np.empty((1, record.RESULTS))
-    run_rows(encode(powered.cycle), start, row, packed(params), heights, check_rtol(rtol), results)
-    return stride_of(results[0])
+    powered, rtol = check_walkable(params, control), check_rtol(rtol)
+    heights = check_heights(step_height, 1)
+    if callable(control):
+        angle, strength = rows_of(control, np.array([checked]))[0].tolist()
+    else:
+        angle, strength = powered.row(control)
+    code, walker, desk = encode(powered.cycle), packed(params), DESKS.take()
+    desk.lay(*checked, angle, strength)
+    _walk(desk.workspace, code, desk.states, desk.controls, walker, heights, rtol, desk.results)
+    found = stride_of(desk.row)
+    DESKS.put_back(desk)
+    return found
 
 
 def stride_batch(
@@ -133,21 +141,19 @@ def run_rows(
         code: of the cycle (`phases.encode`); the rest as in `run_batch`.
         results: (N, record.RESULTS) is written.
     """
+    workspace = WORKSPACES.take()
+    _walk(workspace, code, states, controls, rows, heights, rtol, results)
+    WORKSPACES.put_back(workspace)
+
+
+def _walk(
+    workspace: Array, code: Array, states: Array, controls: Array, rows: Array, heights: Array,
+    rtol: float, results: Array,
+) -> None:  # fmt: skip
     kernel.run_strides(
-        kernel.workspace_for(),
-        code,
-        states,
-        controls,
-        rows,
-        heights,
-        rtol,
-        results,
-        0.0,
-        NO_ROWS,
-        NO_ROWS,
-        NO_ROWS,
-        NO_ROWS,
-    )
+        workspace, code, states, controls, rows, heights, rtol, results,
+        0.0, NO_ROWS, NO_ROWS, NO_ROWS, NO_ROWS,
+    )  # fmt: skip
 
 
 def outcomes_of(results: Array) -> NDArray[np.int64]:

@@ -43,11 +43,14 @@ class Rows:
         some.heights = np.ascontiguousarray(self.heights[chosen])
         return some
 
-    def walked(self, rtol: float = 1e-9, changes: Array = NO_ROWS) -> tuple[Array, Array]:
+    def walked(
+        self, rtol: float = 1e-9, changes: Array = NO_ROWS, workspace: Array | None = None
+    ) -> tuple[Array, Array]:
         """Results and derivatives, by the kernel alone in one thread.
 
         Args:
             changes: (n, CHANGES + OWN) directions, of state, control and walker.
+            workspace: one that was used before.
         """
         count, n = len(self.states), len(changes)
         results, derivatives = np.empty((count, record.RESULTS)), np.empty((count * n, OUTPUTS))
@@ -56,8 +59,8 @@ class Rows:
             of_each = [row_tangents(self.walkers[:, :OWN], row[CHANGES:]) for row in changes]
             walkers = np.stack(of_each, axis=1).reshape(-1, ROW)
         kernel.run_strides(
-            kernel.workspace_for(n), encode(self.cycle), self.states, self.controls, self.walkers,
-            self.heights, rtol, results, 0.0, NO_ROWS,
+            kernel.workspace_for(n) if workspace is None else workspace, encode(self.cycle),
+            self.states, self.controls, self.walkers, self.heights, rtol, results, 0.0, NO_ROWS,
             np.ascontiguousarray(changes[:, :CHANGES]), walkers, derivatives,
         )  # fmt: skip
         return results, derivatives.reshape(count, n, OUTPUTS)
@@ -164,6 +167,21 @@ def test_derivatives_do_not_depend_on_the_neighbours(batch: Rows) -> None:
         np.testing.assert_array_equal(batch.at([row]).walked(changes=changes)[1][0], whole[row])
     order = rng.permutation(ORDER)
     np.testing.assert_array_equal(batch.at(order).walked(changes=changes)[1], whole[order])
+
+
+def test_a_workspace_that_was_used_before_leaves_no_trace() -> None:
+    """Of other walkers and cycles, of numbers that are none, of lanes that were not used again."""
+    used = kernel.workspace_for()
+    for name, (params, control, state, _) in PRESETS.items():
+        powered = scheme_of(control)
+        for count in (20, 1):
+            states = np.tile(state, (count, 1))
+            states[1:] += np.random.default_rng(count).normal(size=(count - 1, 4)) * SPREAD
+            states[2:3] = math.nan
+            controls = np.tile(powered.row(control), (count, 1))
+            rows = Rows(powered.cycle, states, controls, np.array([pack(params)]))
+            found, _ = rows.walked(workspace=used)
+            np.testing.assert_array_equal(found, rows.walked()[0], err_msg=name)
 
 
 def test_a_row_writes_only_its_own_results() -> None:

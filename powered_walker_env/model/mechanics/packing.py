@@ -86,10 +86,22 @@ def pack_all(walkers: Sequence[WalkerParams]) -> Array:
     return rows_from_own(np.array([own_numbers(params) for params in walkers]))
 
 
-@functools.lru_cache(maxsize=256)
 def packed(params: WalkerParams) -> Array:
     """(1, ROW) the walker's row; everybody's, not to be written to."""
+    global _latest  # to hash a walker takes longer than to find it the same
+    walker, row = _latest
+    if walker is not params:
+        row = _packed(params)
+        _latest = params, row
+    return row
+
+
+@functools.lru_cache(maxsize=256)
+def _packed(params: WalkerParams) -> Array:
     return pack_all([params])
+
+
+_latest: tuple[WalkerParams | None, Array] = None, np.empty((0, 0))
 
 
 def pack(params: WalkerParams) -> Array:
