@@ -1,8 +1,9 @@
 """The walker that feels pushes least: what geometry and constant control do together.
 
 Another walker is another environment, so this is no controller: it returns the parameters, the
-control and the gait, to register or to compare. The search is local, from the control of the walker as
-it is and from its tuned one, and the norm that of the linear map: how far it walks is another question.
+control and the gait, to register or to compare. The search is local, from the control of the walker
+as it is and from its tuned one, and the norm that of the linear map: how far it walks is another
+question.
 """
 
 from __future__ import annotations
