@@ -12,7 +12,7 @@ from powered_walker_env.controllers.evaluation import task_of
 
 WALKERS = {
     "PoweredWalker-v0": "the thesis's", "PoweredWalkerRoundFoot-v0": "round feet",
-    "PoweredWalkerAsPublished-v0": "as published", "PoweredWalkerKneed-v0": "with knees",
+    "PoweredWalkerAsPublished-v1": "as published", "PoweredWalkerKneed-v0": "with knees",
 }  # fmt: skip
 THESIS, ROUND, PUBLISHED, KNEED = WALKERS
 LEVELS = ("light", "rough")

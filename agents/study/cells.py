@@ -104,8 +104,8 @@ LEFT_OUT = (
         "walkers more than the two hours; at this level PPO stands for the learners",
     ),
     LeftOut(
-        ("tqc", "crossq"), ("PoweredWalkerAsPublished-v0",), (LIGHT,),
-        "they take a minute of a core each, and PPO and SAC show how little there is to win there",
+        ("tqc", "crossq"), ("PoweredWalkerAsPublished-v1",), (LIGHT,),
+        "they take a minute of a core each; PPO and SAC stand for the learners there",
     ),
     LeftOut(
         ("apg",), EVERYWHERE, (ROUGH,),

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from agents.study.cells import CONTROLLERS, LEARNERS, LIGHT, OPEN_LOOP, OPTIMAL
 from agents.study.records import DONE, Record
 from agents.study.summary import grouped, median_of
+from powered_walker_env.envs.registration import family
 from powered_walker_env.pictures.charts import Drawing, save_drawing
 from powered_walker_env.pictures.charts.sheet import GREY, INK, WIDTH, sheet, styled
 
@@ -40,7 +41,7 @@ def figures(records: Sequence[Record], folder: Path) -> list[Path]:
         for name, draw in DRAWN.items():
             drawing = draw(groups, env_id)
             if drawing is not None:
-                base = folder / f"{name}-{env_id.removesuffix('-v0').lower()}"
+                base = folder / f"{name}-{family(env_id).lower()}"
                 written += save_drawing(drawing, base, ("png",))
     return [path for path in written if path.suffix == ".png"]
 

@@ -26,6 +26,7 @@ from powered_walker_env import Gait, find_gait
 from powered_walker_env.controllers import OpenLoop, load_controller, policy_of
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.shipped import FOLDER
+from powered_walker_env.envs.registration import family
 from powered_walker_env.envs.task import Task
 from powered_walker_env.pictures.charts import save_figure
 from powered_walker_env.poincare import StrideMap, viable_states
@@ -57,7 +58,7 @@ def saved_and_kept(env_id: str, policies: Path, starts: int = STARTS, points: in
     plane = np.tile(gait.states[0], (points * points, 1))
     plane[:, 0], plane[:, 2] = (values.ravel() for values in np.meshgrid(*axes))
     names = {"open-loop": OpenLoop(), "lqr": "lqr", "optimal": "optimal"}
-    network = policies / f"{env_id.removesuffix('-v0')}-ppo.npz"
+    network = policies / f"{family(env_id)}-ppo.npz"
     if network.is_file():
         names["ppo"] = str(network)
     controllers = {name: load_controller(source, task, env_id)[1]

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from powered_walker_env.envs.registration import family
 from powered_walker_env.pictures.charts import Drawing
 from powered_walker_env.pictures.charts.sheet import (
     BLUE,
@@ -46,7 +47,7 @@ def kernel_figure(answers: dict[str, dict[str, Any]]) -> Drawing:
             if name in answer["kept"]:
                 _panel(axes, answer, name)
             axes.set_title(label if env_id == first else "")
-        line[0].set_ylabel(env_id.removesuffix("-v0").replace("Walker", "Walker\n"), fontsize=8.5)
+        line[0].set_ylabel(family(env_id).replace("Walker", "Walker\n"), fontsize=8.5)
     for axes in panels[-1]:
         axes.set_xlabel(label_of("stance_angle"), fontsize=9)
     figure.supylabel(label_of("stance_rate"), fontsize=9)

@@ -17,7 +17,7 @@ import numpy as np
 
 from powered_walker_env.controllers.network import Network, load_network
 from powered_walker_env.envs.arguments import TaskArguments
-from powered_walker_env.envs.registration import ENVIRONMENTS
+from powered_walker_env.envs.registration import ENVIRONMENTS, family
 from powered_walker_env.envs.setup import make_task
 from powered_walker_env.envs.task import Task
 
@@ -36,7 +36,7 @@ LEARNERS = {
 
 def policy_name(env_id: str, learner: str) -> str:
     """The name of a policy's file."""
-    return f"{_short(env_id).removesuffix('-v0')}-{learner}.npz"
+    return f"{family(env_id)}-{learner}.npz"
 
 
 def shipped_policies(folder: Path = FOLDER) -> dict[str, dict[str, Any]]:

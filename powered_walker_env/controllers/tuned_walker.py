@@ -1,8 +1,9 @@
 """The walker that feels pushes least: what geometry and constant control do together.
 
 Another walker is another environment, so this is no controller: it returns the parameters, the
-control and the gait, to register or to compare. The search is local, from the tuned control of the
-walker as it is, and the norm that of the linear map: how far it walks is another question.
+control and the gait, to register or to compare. The search is local, from the control of the walker
+as it is and from its tuned one, and the norm that of the linear map: how far it walks is another
+question.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from powered_walker_env.controllers.following import Search, gait_near, norm_of
-from powered_walker_env.controllers.linear import linearise
+from powered_walker_env.controllers.linear import linearise, nominal_gait
 from powered_walker_env.controllers.tuned_open_loop import tune_control
 from powered_walker_env.envs.task import Task
 from powered_walker_env.model.checks import real_number, require
@@ -44,8 +45,8 @@ def tune_walker(
 ) -> TunedWalker:  # fmt: skip
     """The walker that feels pushes least: geometry and constant control chosen together.
 
-    A local search from the tuned control, within the action bounds, the bounds of the fields and
-    their domains.
+    Local searches from the environment's control and from the tuned one, within the action bounds,
+    the bounds of the fields and their domains; the better of the two.
 
     Args:
         task: of the environment; its action bounds hold.
@@ -73,12 +74,18 @@ def tune_walker(
         except ValueError:  # no such walker
             return None
 
-    start = np.concatenate([first.action, np.zeros(len(fields))])
-    search = Search(follow, lambda gait: norm_of(task, linear, gait), (start, first.gait))
-    x = search.run(np.full(len(start), FIRST_STEP), EVALUATIONS)
+    def search_from(action: Array, gait: Gait) -> Search:
+        start = np.concatenate([action, np.zeros(len(fields))])
+        search = Search(follow, lambda gait: norm_of(task, linear, gait), (start, gait))
+        search.run(np.full(len(start), FIRST_STEP), EVALUATIONS)
+        return search
+
+    starts = ((np.zeros(k), nominal_gait(task, "the tuned walker")), (first.action, first.gait))
+    best = min((search_from(*start) for start in starts), key=lambda search: search.least)
     return TunedWalker(
-        changed(x), task.control_of(x[:k]), search.gait, search.least, first.nominal_sensitivity
-    )
+        changed(best.x), task.control_of(best.x[:k]), best.gait, best.least,
+        first.nominal_sensitivity,
+    )  # fmt: skip
 
 
 def _unit(params: WalkerParams, name: str) -> float:

@@ -11,7 +11,7 @@ the push in units of the observation (root mean square over the two rates).
 For a controller the kinds differ widely: one that feels a disturbance may bear it far better
 than the pushes, or worse. Strides of 100 survived, in the mean of 1000 episodes, by the open
 loop, and under sensor noise by a linear regulator (LQR; under the pushes its typical walk has
-30 / 9 / 3, 70 / 12 / 4, 20 / 7 / 3 and, with knees, 27 / 9 / 4 strides), as `python -m
+30 / 9 / 3, 70 / 12 / 4, 24 / 7 / 3 and, with knees, 27 / 9 / 4 strides), as `python -m
 agents.severity` measures them, under light / medium / rough:
 
                  camp1997            round feet          as published        with knees

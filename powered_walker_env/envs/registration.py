@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import importlib
+import re
 from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
@@ -21,16 +22,30 @@ VECTOR = "powered_walker_env.envs.vector:PoweredWalkerVectorEnv"
 ENVIRONMENTS: dict[str, tuple[str, float]] = {
     "PoweredWalker-v0": ("camp1997", 50.9),
     "PoweredWalkerRoundFoot-v0": ("round-foot", 88.0),
-    "PoweredWalkerAsPublished-v0": ("camp1997-as-published", 11.4),
+    "PoweredWalkerAsPublished-v1": ("camp1997-as-published", 16.0),
     "PoweredWalkerKneed-v0": ("kneed", 82.0),
 }
+#: Older versions, registered so that results can be repeated: id to what it registers, threshold
+#: and the arguments that keep it what it was.
+PREVIOUS: dict[str, tuple[float, dict[str, Any]]] = {
+    "PoweredWalkerAsPublished-v0": (
+        11.4, {"preset": "camp1997-as-published", "action_range": [0.15, 0.03]}
+    ),
+}  # fmt: skip
 
 
 def register_environments() -> None:
     """Register the environments with Gymnasium; again does nothing."""
-    for name, (preset, threshold) in ENVIRONMENTS.items():
+    current = {name: (threshold, {"preset": preset})
+               for name, (preset, threshold) in ENVIRONMENTS.items()}  # fmt: skip
+    for name, (threshold, arguments) in {**PREVIOUS, **current}.items():
         if name not in gym.registry:
-            _register(name, MAX_EPISODE_STEPS, threshold, {"preset": preset})
+            _register(name, MAX_EPISODE_STEPS, threshold, arguments)
+
+
+def family(env_id: str) -> str:
+    """The name of an id without its module and version."""
+    return re.sub(r"-v\d+$", "", env_id.rpartition(":")[2])
 
 
 def register_walker(

@@ -30,7 +30,7 @@ from powered_walker_env.simulation.strides import Array
 #: Action ranges of the motor: rad of switch angle, and fraction of the stall torque.
 ACTION_RANGES = {
     "camp1997": (0.15, 0.03),
-    "camp1997-as-published": (0.15, 0.03),
+    "camp1997-as-published": (0.45, 0.09),
     "round-foot": (0.2, 0.3),
     "kneed": (0.1, 0.3),
 }

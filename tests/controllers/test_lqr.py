@@ -107,7 +107,7 @@ def test_lqr_refuses_a_gait_of_two_strides() -> None:
     [
         (ROUND_FOOT, 50),
         ("PoweredWalker-v0", 15),
-        ("PoweredWalkerAsPublished-v0", 1),
+        ("PoweredWalkerAsPublished-v1", 1),
         ("PoweredWalkerKneed-v0", 20),
     ],
 )

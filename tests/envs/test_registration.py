@@ -13,10 +13,16 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env
 
 import powered_walker_env
 from powered_walker_env import ENVIRONMENTS, PRESETS, PoweredWalkerEnv, PoweredWalkerVectorEnv
-from powered_walker_env.envs.registration import MAX_EPISODE_STEPS, register_environments
+from powered_walker_env.envs.registration import (
+    MAX_EPISODE_STEPS,
+    PREVIOUS,
+    family,
+    register_environments,
+)
 from tests.helpers.episodes import EVERYTHING, IDS, ROUND_FOOT, assert_same, record
 
 NOT_NEEDED = ("torch", "stable_baselines3", "sb3_contrib", "pygame", "matplotlib", "PIL", "yaml")
@@ -46,6 +52,23 @@ def test_every_id_makes_its_walker_with_its_limit(env_id: str) -> None:
     assert isinstance(envs, PoweredWalkerVectorEnv)
     assert envs.task.params == env.task.params
     assert envs.max_episode_steps == MAX_EPISODE_STEPS
+
+
+@pytest.mark.parametrize("env_id", PREVIOUS)
+def test_an_older_version_is_what_it_was_and_names_the_newer(env_id: str) -> None:
+    with pytest.warns(DeprecationWarning, match="out of date"):
+        env = gym.make(env_id)
+    threshold, arguments = PREVIOUS[env_id]
+    assert env.spec is not None and env.spec.reward_threshold == threshold
+    check_env(env.unwrapped, skip_render_check=True)
+    newer = next(each for each in ENVIRONMENTS if family(each) == family(env_id))
+    assert_same(record(env, 20, seed=0), record(gym.make(newer, **arguments), 20, seed=0))
+
+
+def test_as_published_v0_has_the_ranges_that_it_had() -> None:
+    arguments = PREVIOUS["PoweredWalkerAsPublished-v0"][1]
+    task = PoweredWalkerEnv(**arguments).task
+    np.testing.assert_allclose(task.half_range, [0.15, 0.03 * 692.0], rtol=1e-15)
 
 
 def test_registering_again_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

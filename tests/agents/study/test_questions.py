@@ -69,7 +69,7 @@ def test_rungs_and_bodies_are_answered_and_kept(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_body_is_walked_under_the_same_pushes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(geometry, "WALKS", 200)
-    found = geometry.body("PoweredWalkerAsPublished-v0")
+    found = geometry.body("PoweredWalkerAsPublished-v1")
     assert found["norm"]["tuned"] < found["norm"]["own"]
     own, tuned = found["walked"]["own"], found["walked"]["tuned"]
     assert own["falls"] == 200 and own["mean_first_passage"] == own["walked"] / 200
