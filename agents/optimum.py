@@ -42,15 +42,15 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         "--shape", type=positive_int, nargs="+", metavar="N",
         help="nodes along the three axes, the one that decides where a step leads first, or one "
-        "count for all (default: 48 10 6, or 18 where the map is even)",
+        "count for all (default: 48 20 6, or 18 where the map is even)",
     )  # fmt: skip
     result.add_argument(
         "--counts", type=positive_int, default=9,
         help="values of each number of the control tried at first, odd (default: %(default)s)",
     )  # fmt: skip
     result.add_argument(
-        "--push-points", type=positive_int, nargs=2, default=[11, 3], metavar="N",
-        help="that stand for the pushes, along that axis and across it (default: 11 3)",
+        "--push-points", type=positive_int, nargs=2, default=[31, 3], metavar="N",
+        help="that stand for the pushes, along that axis and across it (default: 31 3)",
     )  # fmt: skip
     result.add_argument(
         "--calm", type=float, default=CALM, metavar="REWARD",

@@ -26,6 +26,7 @@ from powered_walker_env.model.checks import real_number, require, whole_number
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, Grid
+from powered_walker_env.poincare.stochastic.noise import StepNoise
 from powered_walker_env.poincare.stochastic.programming import (
     CALM,
     Problem,
@@ -35,7 +36,7 @@ from powered_walker_env.poincare.stochastic.programming import (
     solved,
 )
 from powered_walker_env.poincare.stochastic.rollout import LookAhead
-from powered_walker_env.poincare.stochastic.steps import Progress, Reward, StepNoise
+from powered_walker_env.poincare.stochastic.steps import Progress, Reward
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
     controls_between,
@@ -45,7 +46,7 @@ from powered_walker_env.poincare.stochastic.walks import disturbed_walks
 from powered_walker_env.simulation.strides import Array
 
 COARSER = 2 / 3  # of the counts of nodes
-SHAPE, EVEN = (48, 10, 6), (18, 18, 18)  # of a grid that is aligned, and of one that need not be
+SHAPE, EVEN = (48, 20, 6), (18, 18, 18)  # of a grid that is aligned, and of one that need not be
 UNITS = 32767  # of the stored controls in a half range
 WALKS, FEWER, TRIAL = 10_000, 1000, 200  # plain ones: of a table, looking ahead, to choose
 WORTH = 0.02  # of the sum, that looking ahead must bring more
@@ -136,7 +137,7 @@ def optimum(
     counts: int | Sequence[int] = 9,
     refinements: int = 3,
     branches: int = 9,
-    push_points: int | tuple[int, int] = (11, 3),
+    push_points: int | tuple[int, int] = (31, 3),
     calm: float = CALM,
     grid: Grid | None = None,
     seed: int = 0,
