@@ -10,7 +10,7 @@ with `--shape 72 30 8` on the thesis's walker (three minutes of one core of a se
 `--push-points 5 5 --calm 0.005` on round feet, `--shape 48 10 6` as published, and with the
 default else: 48 x 20 x 6 nodes where the map is far from normal, 18 x 18 x 18 where it is not.
 All but the thesis's were made when pushes were still carried to first order and summed by Gauss
-and Hermite: made anew, they differ within their errors.
+and Hermite: made anew, they are other files.
 """
 
 from __future__ import annotations

@@ -185,7 +185,7 @@ def test_what_makes_no_sense_is_refused(walks: dict[str, Evaluation]) -> None:
 def test_the_command_makes_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "table.npz"
     env = ("--env", ROUND_FOOT, "--env-kwargs", "preset:toe-off")
-    small = ("--shape", "6", "--counts", "3", "--objective", "strides")
+    small = ("--shape", "5", "--counts", "3", "--objective", "strides")
     make_optimum([*env, *small, "--out", str(path)])
     assert "as walked" in capsys.readouterr().out
     with warnings.catch_warnings():
