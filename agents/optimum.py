@@ -51,8 +51,9 @@ def parser() -> argparse.ArgumentParser:
         help="values of each number of the control tried at first, odd (default: %(default)s)",
     )  # fmt: skip
     result.add_argument(
-        "--push-points", type=positive_int, nargs=2, default=[31, 3], metavar="N",
-        help="that stand for the pushes, along that axis and across it (default: 31 3)",
+        "--push-points", type=positive_int, nargs=2, metavar="N",
+        help="that stand for the pushes, along that axis and across it (default: 31 3, or 15 15 "
+        "where the map is even)",
     )  # fmt: skip
     result.add_argument(
         "--calm", type=float, default=CALM, metavar="REWARD",
@@ -82,8 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = find_optimum(
             task, objective=options.objective, counts=options.counts,
             shape=options.shape * 3 if len(options.shape or []) == 1 else options.shape,
-            push_points=tuple(options.push_points), calm=options.calm, seed=options.seed,
-            progress=progress,
+            push_points=tuple(options.push_points) if options.push_points else None,
+            calm=options.calm, seed=options.seed, progress=progress,
         )  # fmt: skip
     mean, error = found.walked
     print(f"{options.env}, {options.objective} of {found.horizon} strides")

@@ -13,7 +13,7 @@ from powered_walker_env import PRESETS, find_gait
 from powered_walker_env.poincare import Grid, capture
 from powered_walker_env.poincare.sections import section_of
 from powered_walker_env.poincare.stochastic.alignment import aligned_grid
-from powered_walker_env.poincare.stochastic.law import normal_points, turned
+from powered_walker_env.poincare.stochastic.law import normal_points, push_counts, turned
 from powered_walker_env.poincare.stochastic.plane import landing_plane
 from powered_walker_env.poincare.stochastic.walks import grid_around
 from powered_walker_env.simulation.strides import Array
@@ -134,6 +134,12 @@ def test_equal_spaces_are_exact_for_smooth_values_and_see_a_cliff() -> None:
         for power, moment in ((0, 1.0), (1, 0.0), (2, 1.0), (3, 0.0), (4, 3.0)):
             assert weights @ points[:, 0] ** power == pytest.approx(moment, abs=2e-3)
     np.testing.assert_array_equal(normal_points((5, 5))[0], normal_points(5)[0])
+    # Where no axis is the one of the cliffs both numbers see them alike.
+    assert push_counts(Grid(np.zeros(3), np.eye(3), (4, 4, 4), curve=(0.1, 0, 0, 0, 0))) == (31, 3)
+    points, weights = normal_points(push_counts(Grid.box((0.0,), (1.0,), (4,))))
+    turned_over = np.lexsort(points.T)
+    np.testing.assert_array_equal(points[turned_over][:, ::-1], points)
+    np.testing.assert_allclose(weights[turned_over], weights)
     # A chance of falling, off a ramp as wide as the spaces (a cliff between two nodes of a table).
     width, middle = 0.3, np.linspace(-3.5, -1.5, 201)
 

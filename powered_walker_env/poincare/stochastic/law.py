@@ -26,6 +26,8 @@ from powered_walker_env.simulation.threads import run_in_slices
 Singles = NDArray[np.float32]
 REACH = 4.5  # standard deviations, of equal spaces at most
 MANY = 11  # points of equal spaces, at least: fewer are too far apart to be exact
+#: Of a push, across a cliff and along it; and where nothing says which way a cliff lies.
+ACROSS, ANYWHERE = (31, 3), (15, 15)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,16 +146,22 @@ class Law:
 def normal_points(counts: int | tuple[int, int]) -> tuple[Array, Array]:
     """(Q, 2) points and (Q,) weights of two standard normal numbers, Q the counts' product.
 
-    Gauss and Hermite's, exact for polynomials of a degree below 2·count in each; of two counts the
-    first, from `MANY` on, is of equal spaces. Values may fall off at a cliff there, and a best
+    Gauss and Hermite's, exact for polynomials of a degree below 2·count in each; of two counts
+    each, from `MANY` on, is of equal spaces. Values may fall off at a cliff there, and a best
     choice made among Gauss and Hermite's points, far apart in the tails, puts it between two.
     """
-    even = not isinstance(counts, int | np.integer) and counts[0] >= MANY
-    first, second = (counts, counts) if isinstance(counts, int | np.integer) else counts
-    y, w = np.polynomial.hermite_e.hermegauss(second)
-    x, v = _equal_spaces(first) if even else np.polynomial.hermite_e.hermegauss(first)
+    one = isinstance(counts, int | np.integer)
+    (x, v), (y, w) = (
+        np.polynomial.hermite_e.hermegauss(count) if one or count < MANY else _equal_spaces(count)
+        for count in ((counts, counts) if isinstance(counts, int | np.integer) else counts)
+    )
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return points, np.outer(v / v.sum(), w / w.sum()).ravel()
+
+
+def push_counts(grid: Grid) -> tuple[int, int]:
+    """Counts of points of pushes: many across a cliff, whose way an aligned grid knows."""
+    return ACROSS if grid.aligned else ANYWHERE
 
 
 def _equal_spaces(count: int) -> tuple[Array, Array]:

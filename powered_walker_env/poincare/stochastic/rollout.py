@@ -14,7 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.stochastic.law import normal_points, second_differences
+from powered_walker_env.poincare.stochastic.law import (
+    normal_points,
+    push_counts,
+    second_differences,
+)
 from powered_walker_env.poincare.stochastic.noise import StepNoise, branches_of
 from powered_walker_env.poincare.stochastic.steps import Reward, Stepper, rows_from
 from powered_walker_env.poincare.stochastic.sums import best_choices
@@ -23,7 +27,7 @@ from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array
 
 STEP = 0.2  # half ranges about the table's control
-BRANCHES, POINTS = 9, (31, 3)
+BRANCHES = 9
 CHUNK = 20_000  # decisions at once
 
 
@@ -58,7 +62,11 @@ class LookAhead:
         choices = np.concatenate([near, everywhere], axis=1)
         grid = self.table.grid
         stepper = Stepper(self.gait.params, self.gait.control, grid, self.noise, FATE_RTOL)
-        pushes = normal_points(POINTS) if self.noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
+        pushes = (
+            normal_points(push_counts(grid))
+            if self.noise.push > 0
+            else (np.zeros((1, 2)), np.ones(1))
+        )
         drawn = branches_of(self.noise, BRANCHES)
         counts, choice, share, mean, gain, bend, worth = rows_from(
             stepper, states, choices, drawn, self.reward, *pushes, turn=True
