@@ -6,10 +6,12 @@ controller to `agents.evaluate`. The tables that come with the package were made
     python -m agents.optimum --env ID --out FILE.npz
     python -m agents.optimum --env ID --env-kwargs disturbance:rough --out FILE.npz
 
-with what is the default: 48 x 10 x 6 nodes where the map is far from normal (thesis and as
-published), 18 x 18 x 18 else; on round feet with `--push-points 5 5 --calm 0.005`, as published
-under rough pushes with `--shape 72 12 8`. Each took one to two minutes of one core of a server
-of 2026.
+with `--shape 72 30 8` on the thesis's walker, `--shape 20 --calm 0.005` on round feet under rough
+pushes (three and four minutes of one core of a server of 2026), there under light ones
+`--push-points 5 5 --calm 0.005`, `--shape 48 10 6` and rough `--shape 72 12 8` as published, and with
+the default else: 48 x 20 x 6 nodes where the map is far from normal, 18 x 18 x 18 where it is not.
+All but the first two were made when pushes were still carried to first order and summed by Gauss
+and Hermite: made anew, they are other files.
 """
 
 from __future__ import annotations
@@ -43,15 +45,16 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         "--shape", type=positive_int, nargs="+", metavar="N",
         help="nodes along the three axes, the one that decides where a step leads first, or one "
-        "count for all (default: 48 10 6, or 18 where the map is even)",
+        "count for all (default: 48 20 6, or 18 where the map is even)",
     )  # fmt: skip
     result.add_argument(
         "--counts", type=positive_int, default=9,
         help="values of each number of the control tried at first, odd (default: %(default)s)",
     )  # fmt: skip
     result.add_argument(
-        "--push-points", type=positive_int, nargs=2, default=[11, 3], metavar="N",
-        help="that stand for the pushes, along that axis and across it (default: 11 3)",
+        "--push-points", type=positive_int, nargs=2, metavar="N",
+        help="that stand for the pushes, along that axis and across it (default: 31 3, or 15 15 "
+        "where the map is even)",
     )  # fmt: skip
     result.add_argument(
         "--calm", type=float, default=CALM, metavar="REWARD",
@@ -81,8 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = find_optimum(
             task, objective=options.objective, counts=options.counts,
             shape=options.shape * 3 if len(options.shape or []) == 1 else options.shape,
-            push_points=tuple(options.push_points), calm=options.calm, seed=options.seed,
-            progress=progress,
+            push_points=tuple(options.push_points) if options.push_points else None,
+            calm=options.calm, seed=options.seed, progress=progress,
         )  # fmt: skip
     mean, error = found.walked
     print(f"{options.env}, {options.objective} of {found.horizon} strides")

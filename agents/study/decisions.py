@@ -32,7 +32,7 @@ from powered_walker_env.poincare.stochastic.tables import NEAR
 DERIVATIVES = 5  # strides that one with derivatives costs (docs/results.md)
 ITERATIONS, HALVINGS = 6, 4  # of the look-ahead, at most
 STRIDE = 73_000  # of a stride by the kernel: 248 evaluations, 20 steps (docs/results.md)
-SWINGS = 3  # to the section, after a stride of the optimum that looks ahead
+SWINGS = 7  # to the section, pushed and not, after a stride of the optimum that looks ahead
 SEED = 60_000  # of the observations
 REACH = 3.0  # observations, of the slice on either side of the gait
 

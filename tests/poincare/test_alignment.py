@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.stats
 
 from powered_walker_env import PRESETS, find_gait
 from powered_walker_env.poincare import Grid, capture
 from powered_walker_env.poincare.sections import section_of
 from powered_walker_env.poincare.stochastic.alignment import aligned_grid
-from powered_walker_env.poincare.stochastic.law import normal_points, turned
+from powered_walker_env.poincare.stochastic.law import normal_points, push_counts, turned
 from powered_walker_env.poincare.stochastic.plane import landing_plane
 from powered_walker_env.poincare.stochastic.walks import grid_around
 from powered_walker_env.simulation.strides import Array
@@ -111,13 +112,65 @@ def test_a_law_on_a_curved_grid_reads_its_table_where_the_grid_does() -> None:
 
 
 def test_turned_noise_is_the_same_noise() -> None:
-    gain = np.random.default_rng(3).normal(size=(20, 3, 2))
+    rng = np.random.default_rng(3)
+    gain, bend = rng.normal(size=(20, 3, 2)), rng.normal(size=(20, 3, 3))
     gain[0, 0] = 0.0
-    other = turned(gain)
+    other, bent_too = turned(gain, bend)
     np.testing.assert_allclose(other @ other.transpose(0, 2, 1), gain @ gain.transpose(0, 2, 1))
     np.testing.assert_allclose(other[:, 0, 1], 0.0, atol=1e-15)
-    points, weights = normal_points((7, 3))
-    np.testing.assert_allclose(np.einsum("q,qi,qj->ij", weights, points, points), np.eye(2))
+    # The same push, in the numbers of both, leads to the same place.
+    u, v = 0.7, -1.3
+    for k in range(20):
+        size = np.hypot(*gain[k, 0])
+        c, s = gain[k, 0] / size if size else (1.0, 0.0)
+        x, y = c * u - s * v, s * u + c * v
+        led = gain[k] @ [x, y] + bend[k] @ [x * x, x * y, y * y]
+        np.testing.assert_allclose(other[k] @ [u, v] + bent_too[k] @ [u * u, u * v, v * v], led)
+
+
+def test_equal_spaces_are_exact_for_smooth_values_and_see_a_cliff() -> None:
+    for counts in ((5, 3), (11, 3), (31, 3)):
+        points, weights = normal_points(counts)
+        for power, moment in ((0, 1.0), (1, 0.0), (2, 1.0), (3, 0.0), (4, 3.0)):
+            assert weights @ points[:, 0] ** power == pytest.approx(moment, abs=2e-3)
+    np.testing.assert_array_equal(normal_points((5, 5))[0], normal_points(5)[0])
+    # Where no axis is the one of the cliffs both numbers see them alike.
+    assert push_counts(Grid(np.zeros(3), np.eye(3), (4, 4, 4), curve=(0.1, 0, 0, 0, 0))) == (31, 3)
+    points, weights = normal_points(push_counts(Grid.box((0.0,), (1.0,), (4,))))
+    turned_over = np.lexsort(points.T)
+    np.testing.assert_array_equal(points[turned_over][:, ::-1], points)
+    np.testing.assert_allclose(weights[turned_over], weights)
+    # A chance of falling, off a ramp as wide as the spaces (a cliff between two nodes of a table).
+    width, middle = 0.3, np.linspace(-3.5, -1.5, 201)
+
+    def seen(counts: int | tuple[int, int]) -> Array:
+        points, weights = normal_points(counts)
+        ramps = np.clip((middle[:, np.newaxis] - points[:, 0]) / width + 0.5, 0.0, 1.0)
+        return ramps @ weights
+
+    def below(x: Array) -> Array:
+        area: Array = x * scipy.stats.norm.cdf(x) + scipy.stats.norm.pdf(x)
+        return area
+
+    share = (below(middle + 0.5 * width) - below(middle - 0.5 * width)) / width
+    assert np.abs(seen((31, 1)) / share - 1.0).max() < 0.1
+    assert np.abs(seen(11) / share - 1.0).max() > 0.8
+
+
+def test_choices_left_early_would_not_have_been_the_best() -> None:
+    rng, grid = np.random.default_rng(4), Grid.box((-1.0, -1.0), (1.0, 1.0), (9, 8))
+    means = rng.uniform(-0.9, 0.9, (grid.size, 12, 2))
+    for sign in (1.0, -1.0):
+        law = law_of(grid, means, 0.3 * np.eye(2), 0.2 * sign * rng.random((grid.size, 12)))
+        law = replace(law, bend=0.2 * rng.normal(size=law.bend.shape).astype(np.float32))
+        values = sign * rng.random(grid.size)
+        best, chosen = law.best(values, 0.9, outside=-0.3)
+        alone = np.column_stack([
+            law.under(np.full(grid.size, each, np.int32)).best(values, 0.9, outside=-0.3)[0]
+            for each in range(12)
+        ])  # fmt: skip
+        np.testing.assert_array_equal(best, alone.max(axis=1))
+        np.testing.assert_array_equal(chosen, alone.argmax(axis=1))
 
 
 def test_knees_leave_three_numbers() -> None:

@@ -30,8 +30,9 @@ from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.stochastic.law import Law
+from powered_walker_env.poincare.stochastic.noise import StepNoise
 from powered_walker_env.poincare.stochastic.programming import decided_section
-from powered_walker_env.poincare.stochastic.steps import Progress, StepNoise, step_law
+from powered_walker_env.poincare.stochastic.steps import Progress, step_law
 from powered_walker_env.poincare.stochastic.sums import led_into
 from powered_walker_env.poincare.stochastic.tables import controls_between
 from powered_walker_env.simulation.strides import Array

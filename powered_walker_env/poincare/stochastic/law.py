@@ -1,9 +1,9 @@
 """The law of the next step on a grid, and the sums over it: expectations and best choices.
 
 From node i under choice a a step leads, with the weight of each of its branches, to a place
-m + G ξ, ξ standard normal, and brings a reward; what is missing of the weights has fallen, and
-counts nothing. Places are counted in nodes. An expectation is a sum over points of ξ
-(Gauss and Hermite's), each interpolated between its eight nodes: linear along each axis, and
+m + G ξ + B(ξ), ξ standard normal and B quadratic, and brings a reward; what is missing of the
+weights has fallen, and counts nothing. Places are counted in nodes. An expectation is a sum over
+points of ξ, each interpolated between its eight nodes: linear along each axis, and
 corrected for the bend of the table, −½ x (1 − x) δ², with the second differences of the nearest
 node, within the least and the greatest of the eight. (Linear interpolation alone works like
 another disturbance, of variance h² x (1 − x).)
@@ -11,6 +11,7 @@ another disturbance, of variance h² x (1 − x).)
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +24,10 @@ from powered_walker_env.simulation.strides import Array
 from powered_walker_env.simulation.threads import run_in_slices
 
 Singles = NDArray[np.float32]
+REACH = 4.5  # standard deviations, of equal spaces at most
+MANY = 11  # points of equal spaces, at least: fewer are too far apart to be exact
+#: Of a push, across a cliff and along it; and where nothing says which way a cliff lies.
+ACROSS, ANYWHERE = (31, 3), (15, 15)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,12 @@ class Law:
     reward: Singles = field(repr=False)  # (M,) expected, if it walks
     points: Array = field(repr=False)  # (Q, 2) of ξ
     weights: Array = field(repr=False)  # (Q,) of the points, of sum 1
+    #: (M, 3, 3) in nodes, by ξ₁², ξ₁ξ₂ and ξ₂²; left out, none
+    bend: Singles = field(repr=False, default_factory=lambda: np.zeros((0, 3, 3), np.float32))
+
+    def __post_init__(self) -> None:
+        if len(self.bend) != self.rows:
+            object.__setattr__(self, "bend", np.zeros((self.rows, 3, 3), np.float32))
 
     @property
     def rows(self) -> int:
@@ -76,8 +87,8 @@ class Law:
             first, beyond, _ = part.indices(self.grid.size)
             best_choices(
                 first, beyond, table, bends, counts, self.grid.counted_curve, self.begin,
-                self.choice, self.weight, self.mean, self.gain, self.reward, self.points,
-                self.weights, discount, outside, gain, best, chosen,
+                self.choice, self.weight, self.mean, self.gain, self.bend, self.reward,
+                self.points, self.weights, discount, outside, gain, best, chosen,
             )  # fmt: skip
 
         run_in_slices(work, self.grid.size)
@@ -99,7 +110,7 @@ class Law:
         begin = np.concatenate([[0], np.cumsum(np.bincount(nodes[keep], minlength=self.grid.size))])
         return Law(
             self.grid, begin, choice[keep], self.weight[keep], self.mean[keep], self.gain[keep],
-            self.reward[keep], self.points, self.weights,
+            self.reward[keep], self.points, self.weights, self.bend[keep],
         )  # fmt: skip
 
     def matrix(self) -> scipy.sparse.csr_array:
@@ -123,7 +134,7 @@ class Law:
         share = np.empty(8 * size)
         spread(
             np.array(self.grid.table_shape), self.grid.counted_curve, self.weight, self.mean,
-            self.gain, self.points, self.weights, index, share,
+            self.gain, self.bend, self.points, self.weights, index, share,
         )  # fmt: skip
         rows = np.repeat(nodes, 8 * len(self.weights))
         there = share > 0.0
@@ -135,28 +146,55 @@ class Law:
 def normal_points(counts: int | tuple[int, int]) -> tuple[Array, Array]:
     """(Q, 2) points and (Q,) weights of two standard normal numbers, Q the counts' product.
 
-    Gauss and Hermite's: exact for polynomials of a degree below 2·count in each.
+    Gauss and Hermite's, exact for polynomials of a degree below 2·count in each; of two counts
+    each, from `MANY` on, is of equal spaces. Values may fall off at a cliff there, and a best
+    choice made among Gauss and Hermite's points, far apart in the tails, puts it between two.
     """
-    pair = (counts, counts) if isinstance(counts, int | np.integer) else counts
-    (x, v), (y, w) = (np.polynomial.hermite_e.hermegauss(count) for count in pair)
+    one = isinstance(counts, int | np.integer)
+    (x, v), (y, w) = (
+        np.polynomial.hermite_e.hermegauss(count) if one or count < MANY else _equal_spaces(count)
+        for count in ((counts, counts) if isinstance(counts, int | np.integer) else counts)
+    )
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return points, np.outer(v / v.sum(), w / w.sum()).ravel()
 
 
-def turned(gain: Array) -> Array:
-    """(M, 3, 2) the same noise with its first number along the first axis, the second not at all.
+def push_counts(grid: Grid) -> tuple[int, int]:
+    """Counts of points of pushes: many across a cliff, whose way an aligned grid knows."""
+    return ACROSS if grid.aligned else ANYWHERE
+
+
+def _equal_spaces(count: int) -> tuple[Array, Array]:
+    """Points and weights of the trapezoidal rule, its error at the ends as large as in between.
+
+    Cut off at R, with spaces of h, it misses about e^(−R²/2) and e^(−2π²/h²).
+    """
+    reach = min(REACH, math.sqrt(math.pi * (count - 1)))
+    x = np.linspace(-reach, reach, count)
+    return x, np.exp(-0.5 * x**2)
+
+
+def turned(gain: Array, bend: Array) -> tuple[Array, Array]:
+    """(M, 3, 2), (M, 3, 3) the same noise, its second number of no effect along the first axis.
 
     Two independent normal numbers may be turned: points may be many along the axis where values
-    change fast, and few across it.
+    change fast, and few across it. To first order: a bend stays.
     """
     along, across = gain[:, 0, 0], gain[:, 0, 1]
     size = np.hypot(along, across)
     still = size == 0.0
-    cos = np.where(still, 1.0, along) / np.where(still, 1.0, size)
-    sin = np.where(still, 0.0, across) / np.where(still, 1.0, size)
-    first = gain[:, :, 0] * cos[:, np.newaxis] + gain[:, :, 1] * sin[:, np.newaxis]
-    second = gain[:, :, 1] * cos[:, np.newaxis] - gain[:, :, 0] * sin[:, np.newaxis]
-    return np.stack([first, second], axis=2)
+    c = (np.where(still, 1.0, along) / np.where(still, 1.0, size))[:, np.newaxis]
+    s = (np.where(still, 0.0, across) / np.where(still, 1.0, size))[:, np.newaxis]
+    one, two = gain[:, :, 0], gain[:, :, 1]
+    p, q, r = bend[:, :, 0], bend[:, :, 1], bend[:, :, 2]
+    return (
+        np.stack([c * one + s * two, c * two - s * one], axis=2),
+        np.stack([
+            c * c * p + c * s * q + s * s * r,
+            2.0 * c * s * (r - p) + (c * c - s * s) * q,
+            s * s * p - c * s * q + c * c * r,
+        ], axis=2),
+    )  # fmt: skip
 
 
 def second_differences(values: Array, shape: tuple[int, int, int]) -> Array:

@@ -26,6 +26,8 @@ from powered_walker_env.model.checks import real_number, require, whole_number
 from powered_walker_env.poincare.gaits import Gait
 from powered_walker_env.poincare.regulator import regulate
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, Grid
+from powered_walker_env.poincare.stochastic.law import ACROSS, push_counts
+from powered_walker_env.poincare.stochastic.noise import StepNoise
 from powered_walker_env.poincare.stochastic.programming import (
     CALM,
     Problem,
@@ -35,7 +37,7 @@ from powered_walker_env.poincare.stochastic.programming import (
     solved,
 )
 from powered_walker_env.poincare.stochastic.rollout import LookAhead
-from powered_walker_env.poincare.stochastic.steps import Progress, Reward, StepNoise
+from powered_walker_env.poincare.stochastic.steps import Progress, Reward
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
     controls_between,
@@ -45,7 +47,7 @@ from powered_walker_env.poincare.stochastic.walks import disturbed_walks
 from powered_walker_env.simulation.strides import Array
 
 COARSER = 2 / 3  # of the counts of nodes
-SHAPE, EVEN = (48, 10, 6), (18, 18, 18)  # of a grid that is aligned, and of one that need not be
+SHAPE, EVEN = (48, 20, 6), (18, 18, 18)  # of a grid that is aligned, and of one that need not be
 UNITS = 32767  # of the stored controls in a half range
 WALKS, FEWER, TRIAL = 10_000, 1000, 200  # plain ones: of a table, looking ahead, to choose
 WORTH = 0.02  # of the sum, that looking ahead must bring more
@@ -136,7 +138,7 @@ def optimum(
     counts: int | Sequence[int] = 9,
     refinements: int = 3,
     branches: int = 9,
-    push_points: int | tuple[int, int] = (11, 3),
+    push_points: int | tuple[int, int] | None = None,
     calm: float = CALM,
     grid: Grid | None = None,
     seed: int = 0,
@@ -159,7 +161,7 @@ def optimum(
             that the nominal one is among them.
         refinements: rounds after that, two or more, each with the controls about the best at half
             the distance.
-        branches, push_points: see `step_law`.
+        branches, push_points: see `step_law`; left out, `push_counts` of the grid.
         calm: reward that a half range more of a control must be worth for the policy: smooth
             tables walk better between their nodes. The values know nothing of it.
         grid: on a section ahead of every switch; placed where the optimum walks if left out.
@@ -176,9 +178,10 @@ def optimum(
     law = regulate(gait, half_range)
     numbers, nodes = _counts(counts, len(law.nominal)), _shape(shape)
     on = decided_place(gait, law.high, noise)
-    problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points, progress,
-                      calm)  # fmt: skip
+    problem = Problem(gait, law, noise, horizon, discount, reward, branches, push_points or ACROSS,
+                      progress, calm)  # fmt: skip
     box = placed(problem, on, seed) if grid is None else grid
+    problem = replace(problem, push_points=push_points or push_counts(box))
     if grid is None:
         usual = SHAPE if box.aligned else EVEN
         box = box.resized((usual if nodes is None else nodes)[: len(box.shape)])

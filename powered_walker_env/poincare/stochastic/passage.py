@@ -27,7 +27,8 @@ from powered_walker_env.poincare.sections import Section, section_of
 from powered_walker_env.poincare.stochastic.checks import check_policy
 from powered_walker_env.poincare.stochastic.grid import Grid
 from powered_walker_env.poincare.stochastic.law import Law
-from powered_walker_env.poincare.stochastic.steps import Progress, StepNoise, Stepper, step_law
+from powered_walker_env.poincare.stochastic.noise import StepNoise
+from powered_walker_env.poincare.stochastic.steps import Progress, Stepper, step_law
 from powered_walker_env.poincare.stochastic.walks import MEMORY, Visits, Walks, grid_around, visits
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array

@@ -16,15 +16,10 @@ from powered_walker_env.poincare.sections import Section, section_of
 from powered_walker_env.poincare.stochastic.alignment import aligned_grid
 from powered_walker_env.poincare.stochastic.grid import AnySection, Grid
 from powered_walker_env.poincare.stochastic.law import Law
+from powered_walker_env.poincare.stochastic.noise import StepNoise
 from powered_walker_env.poincare.stochastic.passage import mean_at, start_places
 from powered_walker_env.poincare.stochastic.plane import landing_plane
-from powered_walker_env.poincare.stochastic.steps import (
-    Progress,
-    Reward,
-    StepNoise,
-    Stepper,
-    step_law,
-)
+from powered_walker_env.poincare.stochastic.steps import Progress, Reward, Stepper, step_law
 from powered_walker_env.poincare.stochastic.tables import (
     TablePolicy,
     controls_about,
@@ -39,7 +34,7 @@ from powered_walker_env.simulation.strides import Array, run_batch
 ROUNDS = 3  # of placing the grid: where the regulator walks, then where the optimum does
 ROUGH_SHAPE, ROUGH_EVEN = (40, 10, 6), 13  # nodes of those rounds, aligned and not
 ROUGH_COUNT = 7  # controls of each number
-ROUGH_HORIZON, ROUGH_POINTS = 30, (7, 3)
+ROUGH_HORIZON, ROUGH_POINTS = 30, (11, 3)
 PLACING = 2000  # walks
 DITHER = 0.2  # half ranges, of the regulator's control in the first round
 SETTLED = 1e-5  # change of values from stride to stride, at which all have fallen

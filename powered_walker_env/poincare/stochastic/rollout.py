@@ -14,21 +14,20 @@ from typing import ClassVar
 import numpy as np
 
 from powered_walker_env.poincare.gaits import Gait
-from powered_walker_env.poincare.stochastic.law import normal_points, second_differences
-from powered_walker_env.poincare.stochastic.steps import (
-    Reward,
-    StepNoise,
-    Stepper,
-    branches_of,
-    rows_from,
+from powered_walker_env.poincare.stochastic.law import (
+    normal_points,
+    push_counts,
+    second_differences,
 )
+from powered_walker_env.poincare.stochastic.noise import StepNoise, branches_of
+from powered_walker_env.poincare.stochastic.steps import Reward, Stepper, rows_from
 from powered_walker_env.poincare.stochastic.sums import best_choices
 from powered_walker_env.poincare.stochastic.tables import TablePolicy, controls_about
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array
 
 STEP = 0.2  # half ranges about the table's control
-BRANCHES, POINTS = 9, (11, 3)
+BRANCHES = 9
 CHUNK = 20_000  # decisions at once
 
 
@@ -63,9 +62,13 @@ class LookAhead:
         choices = np.concatenate([near, everywhere], axis=1)
         grid = self.table.grid
         stepper = Stepper(self.gait.params, self.gait.control, grid, self.noise, FATE_RTOL)
-        pushes = normal_points(POINTS) if self.noise.push > 0 else (np.zeros((1, 2)), np.ones(1))
+        pushes = (
+            normal_points(push_counts(grid))
+            if self.noise.push > 0
+            else (np.zeros((1, 2)), np.ones(1))
+        )
         drawn = branches_of(self.noise, BRANCHES)
-        counts, choice, share, mean, gain, worth = rows_from(
+        counts, choice, share, mean, gain, bend, worth = rows_from(
             stepper, states, choices, drawn, self.reward, *pushes, turn=True
         )
         best, chosen = np.zeros(len(states)), np.full(len(states), -1, np.int32)
@@ -73,7 +76,8 @@ class LookAhead:
         bends = second_differences(self.values, grid.table_shape)
         best_choices(
             0, len(states), self.values, bends, np.array(grid.table_shape), grid.counted_curve,
-            begin, choice, share, mean, gain, worth, *pushes, self.discount, 0.0, 1.0, best, chosen,
+            begin, choice, share, mean, gain, bend, worth, *pushes, self.discount, 0.0, 1.0, best,
+            chosen,
         )  # fmt: skip
         # Who falls under all goes by the table: its control is the middle of those about it.
         chosen[chosen < 0] = near.shape[1] // 2

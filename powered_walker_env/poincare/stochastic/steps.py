@@ -3,8 +3,8 @@
 A stride from a node under a control is deterministic up to its landing; what disturbs it before
 (the height of the ground, the strength of the control) is a sum over branches, each a stride of
 its own. What comes after, the push on both leg rates at the heel strike, carries the walker to
-section places that are normal around the landing's own: the swing to the section is differenced
-there, twice a row: the one approximation besides the grid's.
+the section around the landing's own place there: the swing to the section is taken at seven pushes
+a row, and a quadratic through them: the one approximation besides the grid's.
 
 Steps of the ground are independent of each other: the rise of each is drawn anew.
 """
@@ -13,20 +13,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from powered_walker_env.model.checks import real_number, require, whole_number
 from powered_walker_env.model.mechanics.packing import pack
 from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numbers_for, scheme_of
-from powered_walker_env.model.state import natural_units
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.stochastic.checks import check_policy, check_section
 from powered_walker_env.poincare.stochastic.grid import DIMENSIONS, AnySection, Grid
 from powered_walker_env.poincare.stochastic.law import Law, normal_points, turned
+from powered_walker_env.poincare.stochastic.noise import Branches, StepNoise, branches_of
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array, run_batch
 from powered_walker_env.simulation.walked import StrideBatch
@@ -36,59 +34,10 @@ Progress = Callable[[int, int], None]
 Reward = Callable[[Array], Array]
 
 CHUNK = 1_000_000  # strides at once: 200 MB
-STENCIL = 1e-4  # natural units of a rate, of the differences of the swing
+#: Standard deviations of the pushes through whose swings a quadratic is laid; where the farther
+#: ones do not come to the section, the nearer.
+REACHES = (2.5, 0.1)
 RATES = slice(2, 4)
-
-
-@dataclass(frozen=True)
-class StepNoise:
-    """What disturbs every step, as standard deviations of normal draws; 0 is none.
-
-    Raises:
-        ValueError: negative or not finite.
-    """
-
-    push: float = 0.0  # rad/s, on both leg rates after every heel strike, independent
-    step_height: float = 0.0  # m, rise of the ground at every step, independent of the one before
-    strength: float = 0.0  # share of the control's strength, at every stride
-
-    def __post_init__(self) -> None:
-        for name in ("push", "step_height", "strength"):
-            value = real_number(name, getattr(self, name))
-            require(value >= 0, name, "not be negative", value)
-            object.__setattr__(self, name, value)
-
-    @property
-    def level(self) -> bool:
-        """Whether the ground is."""
-        return self.step_height == 0.0
-
-
-class Branches(NamedTuple):
-    """Draws before the landing, with their shares."""
-
-    height: Array  # (B,) m
-    factor: Array  # (B,) of the strength
-    share: Array  # (B,)
-
-
-def branches_of(noise: StepNoise, count: int) -> Branches:
-    """The draws that stand for the noise before a landing: `count` of each kind that there is.
-
-    Equal spaces over ±4 standard deviations with the normal law's masses: a fall sets in at a
-    height, which Gauss and Hermite's few points would see or miss.
-    """
-    axes = []
-    for size in (noise.step_height, noise.strength):
-        n = whole_number("branches", count, 2) if size > 0 else 1
-        edges = np.linspace(-4.0, 4.0, n + 1)
-        mass = np.diff([0.5 * math.erf(edge / math.sqrt(2.0)) for edge in edges])
-        axes.append(
-            (size * 0.5 * (edges[1:] + edges[:-1]) if n > 1 else np.zeros(1), mass / mass.sum())
-        )
-    (heights, first), (factors, second) = axes
-    grids = np.meshgrid(heights, 1.0 + factors, indexing="ij")
-    return Branches(grids[0].ravel(), grids[1].ravel(), np.outer(first, second).ravel())
 
 
 class Stepper(NamedTuple):
@@ -111,21 +60,36 @@ class Stepper(NamedTuple):
         scheme, row = scheme_of(self.kind), pack(self.params)[np.newaxis]
         return run_batch(scheme.cycle, states, scheme.rows(numbers), row, heights, self.rtol)
 
-    def landed(self, states: Array) -> tuple[Array, Array]:
-        """(N, 3) straight places of post-strike states, and (N, 3, 2) by a push, in nodes.
+    def landed(self, states: Array) -> tuple[Array, Array, Array]:
+        """(N, 3) straight places of post-strike states; (N, 3, 2), (N, 3, 3) by a push, in nodes.
 
-        NaN where the swing does not come to the section.
+        By a standard deviation of either push, and by their squares and product. NaN where the
+        swing does not come to the section.
         """
-        places = self.grid.straight_places(self.section.points(states, self.rtol))
-        gains = np.zeros((len(states), DIMENSIONS, 2))
+        places = self._swung(states)
+        gain, bend = np.zeros((len(states), DIMENSIONS, 2)), np.zeros((len(states), DIMENSIONS, 3))
         if self.noise.push > 0.0:
-            steps = STENCIL * natural_units(self.params)[RATES]
-            for j in range(2):
-                moved = states.copy()
-                moved[:, 2 + j] += steps[j]
-                beside = self.grid.straight_places(self.section.points(moved, self.rtol))
-                gains[:, :, j] = (beside - places) * (self.noise.push / steps[j])
-        return places, gains
+            left = np.arange(len(states))
+            for reach in REACHES:
+                gain[left], bend[left] = self._pushed(states[left], places[left], reach)
+                left = left[np.isnan(gain[left]).any(axis=(1, 2))]
+        return places, gain, bend
+
+    def _swung(self, states: Array) -> Array:
+        return self.grid.straight_places(self.section.points(states, self.rtol))
+
+    def _pushed(self, states: Array, places: Array, reach: float) -> tuple[Array, Array]:
+        """The quadratic through the places and those under six pushes of a size."""
+        pushes = np.array([(1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5))]) * reach
+        odd, even = [], []
+        for push in pushes * self.noise.push:
+            moved = np.tile(states, (2, 1))
+            moved[:, RATES] += np.repeat([push, -push], len(states), axis=0)
+            ahead, behind = np.split(self._swung(moved), 2)
+            odd.append((ahead - behind) / (2.0 * reach))
+            even.append((ahead + behind - 2.0 * places) / (2.0 * reach**2))
+        (first, second, _), (p, r, across) = odd, even
+        return np.stack([first, second], axis=2), np.stack([p, 2.0 * across - p - r, r], axis=2)
 
     def worth(self, landed: Array, reward: Reward | None, points: Array, weights: Array) -> Array:
         """(N,) expected rewards over the pushes; 1 without a reward."""
@@ -194,11 +158,11 @@ def step_law(
         parts.append(rows_from(stepper, some, numbers, drawn, reward, points, weights, turn))
         if progress is not None:
             progress(min(first + size, len(states)) * each, len(states) * each)
-    counts, choice, share, mean, gain, worth = (
+    counts, choice, share, mean, gain, bend, worth = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
     begin = np.concatenate([[0], np.cumsum(counts)])
-    return Law(grid, begin, choice, share, mean, gain, worth, points, weights)
+    return Law(grid, begin, choice, share, mean, gain, worth, points, weights, bend)
 
 
 def rows_from(
@@ -224,12 +188,12 @@ def rows_from(
     batch = stepper.strides(np.repeat(states, a * b, axis=0), chosen, heights)
     rows = np.flatnonzero(batch.walked)
     landed = batch.state[rows]
-    mean, gain = stepper.landed(landed)
-    gain = turned(gain) if turn else gain
+    mean, gain, bend = stepper.landed(landed)
+    gain, bend = turned(gain, bend) if turn else (gain, bend)
     worth = stepper.worth(landed, reward, points, weights)
     # A stride that walked is worth its reward even if nothing follows: its place is off the grid.
     gone = np.isnan(mean).any(axis=1) | np.isnan(gain).any(axis=(1, 2))
-    mean[gone], gain[gone] = -1.0, 0.0
+    mean[gone], gain[gone], bend[gone] = -1.0, 0.0, 0.0
     node = rows // (a * b)
     return (
         np.bincount(node, minlength=n),
@@ -237,5 +201,6 @@ def rows_from(
         drawn.share[rows % b],
         mean.astype(np.float32),
         gain.astype(np.float32),
+        bend.astype(np.float32),
         worth.astype(np.float32),
     )

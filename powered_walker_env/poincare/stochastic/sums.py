@@ -8,6 +8,8 @@ import numpy as np
 
 from powered_walker_env.compiled.decorators import internal, kernel
 
+LEFT = 1e-9  # of the weights, for their rounding
+
 
 @internal
 def _value_at(values, bends, counts, a, b, c, outside):
@@ -46,29 +48,48 @@ def _curved(curve, a, b, c):
     return curve[5] + x * math.exp(curve[0] * y + curve[1] * z) + level
 
 
+@internal
+def _led(mean, gain, bend, row, axis, u, v):
+    """Where a row leads under the noise (u, v), along an axis, before the grid's curve."""
+    straight = mean[row, axis] + gain[row, axis, 0] * u + gain[row, axis, 1] * v
+    p, q, r = bend[row, axis, 0], bend[row, axis, 1], bend[row, axis, 2]
+    return straight + (p * u + q * v) * u + r * v * v
+
+
 @kernel
 def best_choices(
-    first, beyond, values, bends, counts, curve, begin, choice, weight, mean, gain, reward, points,
-    weights, discount, outside, factor, best, chosen,
+    first, beyond, values, bends, counts, curve, begin, choice, weight, mean, gain, bend, reward,
+    points, weights, discount, outside, factor, best, chosen,
 ):  # fmt: skip
     """`Law.best` of the nodes from `first` to before `beyond`."""
     bent = np.any(curve[:5] != 0.0)
+    most = max(np.max(values), outside)
     for node in range(first, beyond):
         greatest, winner, total, current = 0.0, -1, 0.0, -1
-        for row in range(begin[node], begin[node + 1]):
+        last = begin[node + 1]
+        for row in range(begin[node], last):
             if choice[row] != current:
                 if current >= 0 and (winner < 0 or total > greatest):
                     greatest, winner = total, current
                 current, total = choice[row], 0.0
-            expected = 0.0
+            # A choice of one row is left as soon as it cannot become the best.
+            alone = total == 0.0 and (row + 1 == last or choice[row + 1] != current)
+            enough = -np.inf
+            if alone and winner >= 0 and weight[row] * discount > 0.0:
+                enough = (greatest / weight[row] - factor * reward[row]) / discount
+            expected, left = 0.0, 1.0 + LEFT
             for q in range(weights.shape[0]):
                 u, v = points[q, 0], points[q, 1]
-                a = mean[row, 0] + gain[row, 0, 0] * u + gain[row, 0, 1] * v
-                b = mean[row, 1] + gain[row, 1, 0] * u + gain[row, 1, 1] * v
-                c = mean[row, 2] + gain[row, 2, 0] * u + gain[row, 2, 1] * v
+                a = _led(mean, gain, bend, row, 0, u, v)
+                b = _led(mean, gain, bend, row, 1, u, v)
+                c = _led(mean, gain, bend, row, 2, u, v)
                 if bent:
                     a = _curved(curve, a, b, c)
                 expected += weights[q] * _value_at(values, bends, counts, a, b, c, outside)
+                left -= weights[q]
+                if expected + left * most < enough:
+                    expected += left * most
+                    break
             total += weight[row] * (factor * reward[row] + discount * expected)
         if current >= 0 and (winner < 0 or total > greatest):
             greatest, winner = total, current
@@ -76,7 +97,7 @@ def best_choices(
 
 
 @kernel
-def spread(counts, curve, weight, mean, gain, points, weights, index, share):
+def spread(counts, curve, weight, mean, gain, bend, points, weights, index, share):
     """The nodes and shares that each row and point of ξ leads to; share 0 off the grid."""
     n, m, o = counts[0], counts[1], counts[2]
     number = 0
@@ -84,9 +105,9 @@ def spread(counts, curve, weight, mean, gain, points, weights, index, share):
     for row in range(weight.shape[0]):
         for q in range(weights.shape[0]):
             u, v = points[q, 0], points[q, 1]
-            a = mean[row, 0] + gain[row, 0, 0] * u + gain[row, 0, 1] * v
-            b = mean[row, 1] + gain[row, 1, 0] * u + gain[row, 1, 1] * v
-            c = mean[row, 2] + gain[row, 2, 0] * u + gain[row, 2, 1] * v
+            a = _led(mean, gain, bend, row, 0, u, v)
+            b = _led(mean, gain, bend, row, 1, u, v)
+            c = _led(mean, gain, bend, row, 2, u, v)
             if bent:
                 a = _curved(curve, a, b, c)
             inside = a >= 0.0 and b >= 0.0 and c >= 0.0

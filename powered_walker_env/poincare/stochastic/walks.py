@@ -15,7 +15,8 @@ from powered_walker_env.model.powering import STRENGTH, AnyControl, Policy, numb
 from powered_walker_env.model.state import check_state
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare.stochastic.grid import AnySection, Grid
-from powered_walker_env.poincare.stochastic.steps import RATES, Reward, StepNoise
+from powered_walker_env.poincare.stochastic.noise import StepNoise
+from powered_walker_env.poincare.stochastic.steps import RATES, Reward
 from powered_walker_env.poincare.tolerances import FATE_RTOL
 from powered_walker_env.simulation.strides import Array, run_batch
 from powered_walker_env.simulation.walked import StrideBatch

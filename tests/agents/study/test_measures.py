@@ -146,7 +146,7 @@ def test_operations_are_counted_by_hand() -> None:
     assert flops(Network(layers)) == (2 * 4 * 3 + 3) + (2 * 3 * 2 + 2)
     assert 73_000 < (flops(load_controller("optimal", task)[1]) or 0) < 80_000  # a table
     ahead = load_controller("optimal", task_of("PoweredWalker-v0"))[1]  # 25 and 25 controls
-    assert (flops(ahead) or 0) == 73_000 * (1 + 4 * 50) + 39
+    assert (flops(ahead) or 0) == 73_000 * (1 + 8 * 50) + 39
 
     class Counted(FunctionController):
         flops = 7
