@@ -13,10 +13,10 @@ import pytest
 from powered_walker_env import PRESETS, GaitNotFoundError
 from powered_walker_env.controllers import TaskPolicy, shipped_learners
 from powered_walker_env.envs.registration import ENVIRONMENTS
+from powered_walker_env.explore import views
 from powered_walker_env.explore.aside import Aside, Outdated
 from powered_walker_env.explore.choice import Choice, controllers_offered
 from powered_walker_env.explore.views import (
-    VALUES,
     basin_view,
     diagram_view,
     parameters_of,
@@ -29,8 +29,7 @@ def nothing() -> None:
     """Nobody asks for anything newer."""
 
 
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str) -> None:
+def has_its_pictures(name: str) -> None:
     found = prospect(Choice.of_preset(name))
     assert found.problem == ""
     assert found.gait is not None
@@ -41,10 +40,19 @@ def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str) -> None:
     parameter = (*found.choice.scheme.numbers, "slope")[-1]
     assert parameter in parameters_of(found)
     diagram = diagram_view(found, parameter, nothing)
-    assert len(diagram.values) == VALUES
+    assert len(diagram.values) == views.VALUES
     assert diagram.up.walked.any()
     reach = found.choice.reach(parameter)
     assert diagram.values[[0, -1]].tolist() == [reach.low, reach.high]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str, coarse: None) -> None:
+    has_its_pictures(name)
+
+
+def test_one_has_them_in_full() -> None:
+    has_its_pictures("round-foot")
 
 
 def test_a_moved_slider_moves_the_gait_along_its_branch() -> None:
