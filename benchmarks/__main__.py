@@ -91,7 +91,7 @@ def machine() -> dict[str, Any]:
     except OSError:  # another system than Linux
         described = ""
     name = re.search(r"^model name\s*: (.*)$", described, re.MULTILINE)
-    found = versions()
+    found = dict(versions())  # the original is shared
     for other in OPTIONAL:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[other] = importlib.metadata.version(other)

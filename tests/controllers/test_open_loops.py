@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -9,12 +11,24 @@ from powered_walker_env import ENVIRONMENTS
 from powered_walker_env.controllers import TunedOpenLoop, policy_of, tune_control, tune_walker
 from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.controllers.trials import trial_strides
+from powered_walker_env.controllers.tuned_open_loop import TunedControl
 from powered_walker_env.envs.task import Task
 from powered_walker_env.poincare import Gait, find_gait, gait_sensitivity
 from powered_walker_env.poincare.stability.robustness import STATE_NAMES
 from tests.helpers.derivation import Array
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
+
+
+@cache
+def tuned_to(env_id: str) -> TunedControl:
+    """The constant control of least norm in that environment."""
+    return tune_control(task_of(env_id))
+
+
+@cache
+def by_norm() -> TunedOpenLoop:
+    return TunedOpenLoop(task_of(ROUND_FOOT))
 
 
 def laboratory_norm(task: Task, gait: Gait) -> float:
@@ -26,8 +40,7 @@ def laboratory_norm(task: Task, gait: Gait) -> float:
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_the_tuned_control_is_at_a_least_norm_within_the_bounds(env_id: str) -> None:
-    task = task_of(env_id)
-    tuned = tune_control(task)
+    task, tuned = task_of(env_id), tuned_to(env_id)
 
     def norm(action: Array) -> float:
         return laboratory_norm(
@@ -46,8 +59,7 @@ def test_the_tuned_control_is_at_a_least_norm_within_the_bounds(env_id: str) -> 
 
 
 def test_the_tuned_open_loop_gives_one_action_and_its_loop_is_the_gaits_own() -> None:
-    task = task_of(ROUND_FOOT)
-    controller = TunedOpenLoop(task)
+    task, controller = task_of(ROUND_FOOT), by_norm()
     actions, memory = controller.predict(np.ones((3, 4), np.float32))
     assert memory is None
     np.testing.assert_array_equal(actions, np.tile(controller.tuned.action, (3, 1)))
@@ -58,9 +70,9 @@ def test_the_tuned_open_loop_gives_one_action_and_its_loop_is_the_gaits_own() ->
 
 def test_by_trials_it_walks_longer_than_by_the_norm() -> None:
     task = task_of(ROUND_FOOT)
-    by_norm, by_trials = TunedOpenLoop(task), TunedOpenLoop(task, "strides")
-    assert trial_strides(task, by_trials) > trial_strides(task, by_norm) + 5
-    assert by_norm.tuned.sensitivity < by_trials.tuned.sensitivity
+    by_trials = TunedOpenLoop(task, "strides")
+    assert trial_strides(task, by_trials) > trial_strides(task, by_norm()) + 5
+    assert by_norm().tuned.sensitivity < by_trials.tuned.sensitivity
 
 
 @pytest.mark.parametrize("preset", ["hip-torque", "toe-off"])
@@ -72,8 +84,8 @@ def test_other_schemes_are_tuned_too(preset: str) -> None:
 
 
 def test_with_geometry_the_norm_is_less_still_and_the_walker_within_its_bounds() -> None:
-    task = task_of("PoweredWalker-v0")
-    tuned, found = tune_control(task), tune_walker(task, ["leg_inertia"], reach=0.02)
+    task, tuned = task_of("PoweredWalker-v0"), tuned_to("PoweredWalker-v0")
+    found = tune_walker(task, ["leg_inertia"], reach=0.02)
     own = task.params.leg_inertia
     assert found.sensitivity < 0.5 * tuned.sensitivity
     assert abs(found.params.leg_inertia - own) <= 0.02 * task.params.leg_mass * (1 + 1e-12)

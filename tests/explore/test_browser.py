@@ -229,7 +229,7 @@ def test_whoever_comes_with_the_package_decides(visitor: Visitor) -> None:
             said = f"{MODEL.format('bifurcation diagram')}.title.text"
             visitor.until(f"{said}.includes('the optimum is of this walker alone')")
         visitor.press("r")
-        visitor.until_strides(2)
+        visitor.until_strides(1)
 
 
 def test_who_does_not_come_for_a_walker_says_so(visitor: Visitor) -> None:

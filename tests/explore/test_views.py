@@ -13,10 +13,10 @@ import pytest
 from powered_walker_env import PRESETS, GaitNotFoundError
 from powered_walker_env.controllers import TaskPolicy, shipped_learners
 from powered_walker_env.envs.registration import ENVIRONMENTS
+from powered_walker_env.explore import views
 from powered_walker_env.explore.aside import Aside, Outdated
 from powered_walker_env.explore.choice import Choice, controllers_offered
 from powered_walker_env.explore.views import (
-    VALUES,
     basin_view,
     diagram_view,
     parameters_of,
@@ -24,13 +24,14 @@ from powered_walker_env.explore.views import (
 )
 from powered_walker_env.poincare import StrideMap
 
+PATIENCE = 120  # s, for a loaded machine
+
 
 def nothing() -> None:
     """Nobody asks for anything newer."""
 
 
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str) -> None:
+def has_its_pictures(name: str) -> None:
     found = prospect(Choice.of_preset(name))
     assert found.problem == ""
     assert found.gait is not None
@@ -41,10 +42,19 @@ def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str) -> None:
     parameter = (*found.choice.scheme.numbers, "slope")[-1]
     assert parameter in parameters_of(found)
     diagram = diagram_view(found, parameter, nothing)
-    assert len(diagram.values) == VALUES
+    assert len(diagram.values) == views.VALUES
     assert diagram.up.walked.any()
     reach = found.choice.reach(parameter)
     assert diagram.values[[0, -1]].tolist() == [reach.low, reach.high]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_has_its_gait_its_basin_and_its_diagram(name: str, coarse: None) -> None:
+    has_its_pictures(name)
+
+
+def test_one_has_them_in_full() -> None:
+    has_its_pictures("round-foot")
 
 
 def test_a_moved_slider_moves_the_gait_along_its_branch() -> None:
@@ -158,7 +168,7 @@ class Answers:
         self.taken: list[Any] = []
 
     def hand_over(self) -> None:
-        self.queue.get(timeout=10)()
+        self.queue.get(timeout=PATIENCE)()
 
 
 def test_only_the_newest_wish_is_answered() -> None:
@@ -167,12 +177,12 @@ def test_only_the_newest_wish_is_answered() -> None:
 
     def slow(check: Callable[[], None]) -> str:
         begun.set()
-        assert go.wait(10)
+        assert go.wait(PATIENCE)
         check()
         raise AssertionError("this is outdated")
 
     aside.ask(slow, answers.taken.append)
-    assert begun.wait(10)
+    assert begun.wait(PATIENCE)
     aside.ask(lambda check: "never begun", answers.taken.append)
     aside.ask(lambda check: "newest", answers.taken.append)
     go.set()
@@ -193,12 +203,12 @@ def test_an_answer_on_its_way_is_dropped_and_a_fault_is_an_answer() -> None:
     answers.hand_over()
     assert [str(answer) for answer in answers.taken] == ["no such thing"]
     aside.ask(lambda check: "late", answers.taken.append)
-    arrived = answers.queue.get(timeout=10)
+    arrived = answers.queue.get(timeout=PATIENCE)
     aside.forget()
     arrived()
     assert len(answers.taken) == 1
     aside.close()
-    aside._thread.join(10)
+    aside._thread.join(PATIENCE)
     assert not aside._thread.is_alive()
 
 

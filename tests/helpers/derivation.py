@@ -123,6 +123,9 @@ def _points() -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Positions of the points in (n1, n2), their velocities; energies and gradient of the sum."""
     q1, q2, q3, u1, u2, u3 = state = sp.symbols("q1:4 u1:4")
 
+    def flat(points: list[Any]) -> list[Any]:
+        return [coordinate for point in points for coordinate in point]
+
     def turned(angle: Any, along: Any, across: Any = 0) -> Any:
         cosine, sine = sp.cos(angle), sp.sin(angle)
         return sp.Matrix([along * cosine - across * sine, along * sine + across * cosine])
@@ -144,7 +147,7 @@ def _points() -> tuple[Callable[..., Any], Callable[..., Any]]:
     up = sp.Matrix([sp.cos(SLOPE), -sp.sin(SLOPE)])
     potential = M * G * (up.T * (com_a + com_b))[0] + K * (q3 - sp.pi) ** 2 / 2
     gradient = [sp.diff(kinetic + potential, symbol) for symbol in state]
-    moving = _function(list(state), [points, velocities])
+    moving = _function(list(state), [flat(points), flat(velocities)])
     return moving, _function(list(state), [kinetic, potential, gradient])
 
 
@@ -163,11 +166,13 @@ CENTRE, ANKLE, HIP, SWING_ANKLE, SWING_CENTRE, STANCE_LEG, SWING_LEG = range(7)
 
 
 def kinematics(q: ArrayLike, u: ArrayLike, params: WalkerParams) -> Kinematics:
-    """Positions and velocities of the points, from geometry alone."""
-    moving = _points()[0]
-    position, velocity = moving(*np.asarray(q), *np.asarray(u), *values(params))
-    shape = (7, 2)
-    return Kinematics(np.reshape(position, shape), np.reshape(velocity, shape))
+    """Positions and velocities of the points, from geometry alone; (7, 2, n) of n states (3, n)."""
+    moving, many = _points()[0], np.shape(q)[1:]
+    both = moving(*np.asarray(q), *np.asarray(u), *values(params))
+    if many:  # some coordinates do not depend on the state
+        both = [[np.broadcast_to(x, many) for x in each] for each in both]
+    position, velocity = (np.reshape(each, (7, 2, *many)) for each in both)
+    return Kinematics(position, velocity)
 
 
 class Energies(NamedTuple):
