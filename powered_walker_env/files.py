@@ -40,8 +40,10 @@ def check_writable(targets: Sequence[Path], overwrite: bool, name: str = "--out"
         name: of the argument that asked for them, for the message.
 
     Raises:
-        FileNotFoundError, FileExistsError, OSError: they cannot, or must not; with the remedy.
+        ValueError, FileNotFoundError, FileExistsError, OSError: they cannot, or must not; with the remedy.
     """
+    if any("\0" in str(target) for target in targets):
+        raise ValueError(f"the name of a file cannot hold a NUL character; choose another {name}")
     folder = targets[0].parent
     if not folder.is_dir():
         raise FileNotFoundError(f"the folder {str(folder)!r} does not exist; make it first")

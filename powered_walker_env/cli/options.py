@@ -23,6 +23,7 @@ from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.families import check_parameter
+from powered_walker_env.poincare.work import check_workers
 
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
 AROUND_ZERO = 0.02  # the same for a parameter that is zero, as the slope
@@ -99,6 +100,16 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--address", help="of a running Dask or Ray cluster")
     parser.add_argument("--jobs", type=int, help="workers; all cores if left out")
+
+
+def check_running(options: argparse.Namespace) -> None:
+    """Refuse workers that there cannot be before anything is computed, where a command has any.
+
+    Raises:
+        ValueError: naming the argument.
+    """
+    if "backend" in options:
+        check_workers(options.backend, options.address, options.jobs)
 
 
 def check_count(name: str, value: int, least: int = 1, most: int = MOST) -> None:

@@ -33,6 +33,7 @@ from powered_walker_env.poincare import (
     basin,
     stability_boundaries,
 )
+from powered_walker_env.poincare.branches.arclength import check_step
 from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
 from powered_walker_env.poincare.regions.basins import FELL
 from powered_walker_env.poincare.regions.slices import COORDINATES, SLICES, slice_through
@@ -93,6 +94,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _boundary(options: argparse.Namespace) -> Report:
+    check_step(options.step)
     options.parameters = _parameters(options)
     gait = gait_of(options)
     with Progress("boundary") as progress:

@@ -74,7 +74,7 @@ class Walkers:
         self._effort_weight = float(task.effort_weight)
         self._kind = 0 if callable(task.reward) else list(REWARDS).index(task.reward)
         self._sizes = disturbance.sizes(task.params)
-        self._scheme, self._code = task.scheme, encode(task.scheme.cycle)
+        self._scheme = task.scheme
         self._whole = room_for(self.rows, self.states, self.controls, self.heights)
         self._strength = self._scheme.strength or 0
         self._least = 0.0 if self._scheme.positive else -math.inf
@@ -141,6 +141,9 @@ class Walkers:
         if active is not None:
             room = room.of(np.flatnonzero(active))
         before = None if self._own is None else self.states[room.rows]
+        # Not kept: a copy that was sent to another process can be written to, which is another
+        # type to the kernel, and compiled anew.
+        code = encode(self._scheme.cycle)
 
         def stride(part: slice) -> None:
             some = room.part(part)
@@ -151,7 +154,7 @@ class Walkers:
                 starts,
             )  # fmt: skip
             acting = self._scheme.rows(controls)  # as the kernel takes them
-            run_rows(self._code, starts, acting, packed, heights, self.rtol, results)
+            run_rows(code, starts, acting, packed, heights, self.rtol, results)
             end_strides(
                 rows, self._kind, self._effort_weight, self._gait, self._scale, packed, results,
                 draws, heights, self.states, self.levels, self.observations, rewards,

@@ -83,6 +83,17 @@ class Window(NamedTuple):
     max_points: int = MAX_POINTS
 
 
+def check_step(step: float | None) -> float:
+    """The longest step, as a share of the bounds' widths; the usual one if left out.
+
+    Raises:
+        ValueError: a step that makes no sense.
+    """
+    if not 0.0 < (longest := LONGEST_STEP if step is None else float(step)) <= 1.0:
+        raise ValueError(f"step must lie in (0, 1], a share of the bounds' width, got {step!r}")
+    return longest
+
+
 def window_of(
     family: Family,
     bounds: Sequence[Bounds],
@@ -96,8 +107,7 @@ def window_of(
     Raises:
         ValueError: a step or a number of points that makes no sense.
     """
-    if not 0.0 < (longest := LONGEST_STEP if step is None else float(step)) <= 1.0:
-        raise ValueError(f"step must lie in (0, 1], a share of the bounds' width, got {step!r}")
+    longest = check_step(step)
     most = whole_number("max_points", max_points, 1)
     scaled = np.array(bounds) / family.scales[:, np.newaxis]
     state, more = np.full(STATE_SIZE, np.inf), np.full(unbounded, np.inf)

@@ -7,8 +7,9 @@ from powered_walker_env.poincare.work.executors import BACKENDS
 from powered_walker_env.poincare.work.pieces import (
     LostWorkersError,
     RunOptions,
+    check_workers,
     run_chains,
     run_pieces,
 )
 
-__all__ = ["BACKENDS", "LostWorkersError", "RunOptions", "run_chains", "run_pieces"]
+__all__ = ["BACKENDS", "LostWorkersError", "RunOptions", "check_workers", "run_chains", "run_pieces"]

@@ -111,7 +111,7 @@ def _run(
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
 ) -> list[list[Any]]:
-    _check(backend, address, jobs, retries)
+    check_workers(backend, address, jobs, retries)
     links = [piece for chain in chains for piece in chain]
     store = None if checkpoint is None else Checkpoint(Path(checkpoint), named, links)
     work = _Work(function, chains, store, progress)
@@ -130,7 +130,14 @@ def _run(
     return work.results
 
 
-def _check(backend: str, address: str | None, jobs: int | None, retries: int) -> None:
+def check_workers(
+    backend: str, address: str | None = None, jobs: int | None = None, retries: int = 0
+) -> None:
+    """Refuse workers that there cannot be.
+
+    Raises:
+        ValueError: naming the argument.
+    """
     if backend not in BACKENDS:
         raise ValueError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
     if address is not None and backend not in ("dask", "ray"):
