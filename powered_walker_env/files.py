@@ -40,7 +40,8 @@ def check_writable(targets: Sequence[Path], overwrite: bool, name: str = "--out"
         name: of the argument that asked for them, for the message.
 
     Raises:
-        ValueError, FileNotFoundError, FileExistsError, OSError: they cannot, or must not; with the remedy.
+        ValueError, FileNotFoundError, FileExistsError, OSError: they cannot, or must not; with
+            the remedy.
     """
     if any("\0" in str(target) for target in targets):
         raise ValueError(f"the name of a file cannot hold a NUL character; choose another {name}")

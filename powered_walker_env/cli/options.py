@@ -1,4 +1,4 @@
-"""Arguments that commands share: which walker, which range, where to run."""
+"""Arguments that commands share: which walker, which range."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from powered_walker_env.model.state import PostStrikeState
 from powered_walker_env.model.walker import WalkerParams
 from powered_walker_env.poincare import PARAMETERS, Gait, GaitNotFoundError, find_gait
 from powered_walker_env.poincare.families import check_parameter
-from powered_walker_env.poincare.work import check_workers
 
 AROUND = 0.05  # of a parameter's value: the range looked at if none is given
 AROUND_ZERO = 0.02  # the same for a parameter that is zero, as the slope
@@ -90,26 +89,6 @@ def add_range(parser: argparse.ArgumentParser, around: float = AROUND) -> None:
         f"({AROUND_ZERO:g} if that is zero)",
     )  # fmt: skip
     parser.set_defaults(around=around)
-
-
-def add_running(parser: argparse.ArgumentParser) -> None:
-    """Arguments that choose where pieces of work run."""
-    parser.add_argument(
-        "--backend", default="loky", choices=("loky", "threading", "dask", "ray"),
-        help="what runs the pieces (default %(default)s: processes on this machine)",
-    )  # fmt: skip
-    parser.add_argument("--address", help="of a running Dask or Ray cluster")
-    parser.add_argument("--jobs", type=int, help="workers; all cores if left out")
-
-
-def check_running(options: argparse.Namespace) -> None:
-    """Refuse workers that there cannot be before anything is computed, where a command has any.
-
-    Raises:
-        ValueError: naming the argument.
-    """
-    if "backend" in options:
-        check_workers(options.backend, options.address, options.jobs)
 
 
 def check_count(name: str, value: int, least: int = 1, most: int = MOST) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from powered_walker_env.cli.long import add_longest_step, add_running
 from powered_walker_env.cli.options import (
     MOST_STRIDES,
     add_command,
-    add_running,
     add_walker,
     check_count,
     gait_of,
@@ -33,7 +33,6 @@ from powered_walker_env.poincare import (
     basin,
     stability_boundaries,
 )
-from powered_walker_env.poincare.branches.arclength import check_step
 from powered_walker_env.poincare.families import Bounds, check_parameter, value_of
 from powered_walker_env.poincare.regions.basins import FELL
 from powered_walker_env.poincare.regions.slices import COORDINATES, SLICES, slice_through
@@ -63,7 +62,7 @@ def add_commands(commands: Any) -> None:
         "--bounds", type=float, nargs=4, metavar=("LOW", "HIGH", "LOW", "HIGH"),
         help="of both; wide enough for the gait to lose its stability if left out",
     )  # fmt: skip
-    edge.add_argument("--step", type=float, help="longest step, as a share of the bounds' widths")
+    add_longest_step(edge)
     add_running(edge)
     add_out(edge, resumable=True)
     starts = add_command(
@@ -94,7 +93,6 @@ def add_commands(commands: Any) -> None:
 
 
 def _boundary(options: argparse.Namespace) -> Report:
-    check_step(options.step)
     options.parameters = _parameters(options)
     gait = gait_of(options)
     with Progress("boundary") as progress:
@@ -102,11 +100,10 @@ def _boundary(options: argparse.Namespace) -> Report:
     nominal = [value_of(gait.params, gait.control, name) for name in options.parameters]
     title = f"Where the gait of {options.preset} loses its stability"
     return Report(
-        "\n".join(map(_boundary_text, curves)),
-        {"boundaries": [*map(_edge, curves)]},
+        "\n".join(map(_boundary_text, curves)), {"boundaries": [*map(_edge, curves)]},
         result=curves,
         draw=lambda: {"": figures().boundary_figure(curves, nominal=nominal, title=title)},
-    )
+    )  # fmt: skip
 
 
 def _curves(options: argparse.Namespace, gait: Gait, progress: Progress) -> tuple[Boundary, ...]:
@@ -121,8 +118,8 @@ def _curves(options: argparse.Namespace, gait: Gait, progress: Progress) -> tupl
         )
         try:
             return stability_boundaries(
-                gait, (first, second), (across, up), step=options.step, backend=options.backend,
-                address=options.address, jobs=options.jobs, progress=progress,
+                gait, (first, second), (across, up), step=options.longest_step,
+                backend=options.backend, address=options.address, jobs=options.jobs, progress=progress,
                 checkpoint=unfinished(options),
             )  # fmt: skip
         except GaitNotFoundError as error:
@@ -228,14 +225,13 @@ def _pairs(low: Array, high: Array) -> tuple[Bounds, Bounds]:
 
 def _basin_text(found: Basin) -> str:
     falls = Counter(Outcome(value) for value in found.outcome[found.attractor == FELL].tolist())
-    rows = [
-        ("starts", str(len(found.states))),
-        ("end on the gait", f"{100 * found.attracted_share:.2f} %"),
-        (f"walk {found.limit} strides or more", f"{100 * found.walking_share:.2f} %"),
-    ]
-    for outcome, count in falls.most_common():
-        rows.append((outcome.label, f"{100 * count / len(found.states):.2f} %"))
-    return "\n".join(aligned(rows, left=2))
+    shares = {
+        "end on the gait": found.attracted_share,
+        f"walk {found.limit} strides or more": found.walking_share,
+        **{outcome.label: count / len(found.states) for outcome, count in falls.most_common()},
+    }
+    rows = ((name, f"{100 * share:.2f} %") for name, share in shares.items())
+    return "\n".join(aligned([("starts", str(len(found.states))), *rows], left=2))
 
 
 def _basin_data(found: Basin) -> dict[str, Any]:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from powered_walker_env.cli.long import add_running
 from powered_walker_env.cli.options import (
     MOST_STRIDES,
     add_command,
-    add_running,
     add_walker,
     check_count,
     gait_of,

@@ -19,8 +19,8 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from powered_walker_env.cli.long import check_early
 from powered_walker_env.cli.output import PictureError, Report, check_out, finite, put_out
-from powered_walker_env.cli.options import check_running
 from powered_walker_env.poincare import GaitNotFoundError, LostWorkersError
 from powered_walker_env.signals import BY_SIGNAL, stop_signals
 
@@ -48,7 +48,7 @@ def run_command(
     try:
         with _stoppable():
             check_out(options)
-            check_running(options)
+            check_early(options)
             report = put_out(options, command(options))
             data = json.dumps(finite(report.data), indent=2) if options.json else None
             return told(prog, data or report.text) or report.status

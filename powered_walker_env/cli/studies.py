@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from powered_walker_env.cli.long import add_longest_step, add_running
 from powered_walker_env.cli.options import (
     add_command,
     add_range,
-    add_running,
     add_walker,
     check_count,
     gait_of,
@@ -42,10 +42,7 @@ def add_commands(commands: Any) -> None:
     branch = add_command(commands, "branch", _branch, "follow the gait along one parameter")
     add_walker(branch)
     add_range(branch)
-    branch.add_argument(
-        "--step", type=float, default=STEP,
-        help="longest step, as a share of the bounds' width (default %(default)s)",
-    )  # fmt: skip
+    add_longest_step(branch, STEP)
     branch.add_argument(
         "--doubled", action=argparse.BooleanOptionalAction, default=True,
         help="follow the doubled gaits, too",
@@ -74,9 +71,9 @@ def _branch(options: argparse.Namespace) -> Report:
     gait = gait_of(options)
     value = value_of(gait.params, gait.control, options.parameter)
     bounds = range_around(options.bounds, value, options.around, options.parameter)
-    branches = [continue_gait(gait, options.parameter, bounds, step=options.step)]
+    branches = [continue_gait(gait, options.parameter, bounds, step=options.longest_step)]
     if options.doubled:
-        branches += _doubled(branches[0], bounds, options.step)
+        branches += _doubled(branches[0], bounds, options.longest_step)
     title = f"Gaits of {options.preset}"
     return Report(
         "\n".join(_branch_text(b) for b in branches),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from powered_walker_env import PRESETS, WalkerParams
-from powered_walker_env.cli import main
+from powered_walker_env.cli import main, options
 from powered_walker_env.model.powering import CONTROL_NUMBERS, SCHEMES, scheme_of
 from powered_walker_env.model.quantities import quantities
 
@@ -148,6 +148,25 @@ def test_silly_arguments_get_one_line_and_a_status(
     assert captured.err.count("\n") == 1
     assert re.search(message, captured.err)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["boundary", "--step", "nan"], "step must lie in"),
+        (["branch", "--step", "-1"], "step must lie in"),
+        (["bifurcation", "--jobs", "0"], "jobs must be at least 1"),
+        (["basin", "--address", "here:1"], "address must be left out for 'loky'"),
+        (["gait", "--out", "gait\0"], "cannot hold a NUL character"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_a_gait_is_looked_for(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(options, "find_gait", lambda *_: pytest.fail("it was looked for"))
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [[], ["fly"], ["walk", "--preset", "nobody"]])

@@ -16,6 +16,7 @@ fused (`contract`), in all lanes alike.
 """
 
 from powered_walker_env.compiled.lanes import arithmetic as arithmetic  # gives them + - * /
+from powered_walker_env.compiled.lanes import parts as parts  # gives them .real, .tangent
 from powered_walker_env.compiled.lanes import (
     trigonometry as trigonometry,  # gives them sine and cosine
 )

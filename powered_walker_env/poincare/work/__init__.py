@@ -12,4 +12,11 @@ from powered_walker_env.poincare.work.pieces import (
     run_pieces,
 )
 
-__all__ = ["BACKENDS", "LostWorkersError", "RunOptions", "check_workers", "run_chains", "run_pieces"]
+__all__ = [
+    "BACKENDS",
+    "LostWorkersError",
+    "RunOptions",
+    "check_workers",
+    "run_chains",
+    "run_pieces",
+]
