@@ -119,8 +119,8 @@ def _curves(options: argparse.Namespace, gait: Gait, progress: Progress) -> tupl
         try:
             return stability_boundaries(
                 gait, (first, second), (across, up), step=options.longest_step,
-                backend=options.backend, address=options.address, jobs=options.jobs, progress=progress,
-                checkpoint=unfinished(options),
+                backend=options.backend, address=options.address, jobs=options.jobs,
+                progress=progress, checkpoint=unfinished(options),
             )  # fmt: skip
         except GaitNotFoundError as error:
             nowhere = error
