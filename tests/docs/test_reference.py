@@ -12,6 +12,7 @@ import pytest
 
 import powered_walker_env
 from powered_walker_env import ENVIRONMENTS, PRESETS, Gait, WalkerParams
+from powered_walker_env.controllers import optimal
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pygame")
@@ -81,7 +82,9 @@ def a_row(controller: str, level: str = "light", **more: Any) -> dict[str, Any]:
     return row | more
 
 
-def test_the_baselines_of_an_environment_are_the_study_s(beside: Any, tmp_path: Path) -> None:
+def test_the_baselines_of_an_environment_are_the_study_s(
+    beside: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     baselines = beside("study_pages").baselines
     env_id = "PoweredWalkerRoundFoot-v0"
     missing = baselines(env_id, tmp_path)
@@ -92,9 +95,12 @@ def test_the_baselines_of_an_environment_are_the_study_s(beside: Any, tmp_path: 
     assert "The optimum is resolved: **98.0 ± 0.4**" in missing
     thesis = baselines("PoweredWalker-v0", tmp_path)
     assert "The optimum is resolved: **59.3 ± 1.7**" in thesis
-    as_published = baselines("PoweredWalkerAsPublished-v0", tmp_path)
+    as_published = baselines("PoweredWalkerAsPublished-v1", tmp_path)
     assert "The optimum is not resolved. Best known: **" in as_published
-    assert "The optimum is not known here, and no table comes with the package" in thesis
+    monkeypatch.setattr(optimal, "SHIPPED", ())
+    without = baselines("PoweredWalker-v0", tmp_path)
+    assert "The optimum is not known here, and no table comes with the package" in without
+    monkeypatch.undo()
     rows = [
         a_row("lqr", score=[0.79, 0.77, 0.81]),
         a_row("ppo", runs=5),
