@@ -74,9 +74,10 @@ def stable(study: Study, kernels: dict[str, Any]) -> str:
         for name in ("open-loop", "lqr", "ppo")
     }
     return (
-        "**Nearly as stable as its bounds allow, where the bounds are known.** Counting the return "
-        f"from 0 (open loop) to 1 (the optimum): {listed}. Elsewhere the optimum is not resolved, "
-        "and only the best known control can be compared with.\n\n"
+        "**Under light pushes nearly as stable as its bounds allow, but for the walker as "
+        "published; under rough ones less so.** Counting the return from 0 (open loop) to 1 (the "
+        f"optimum): {listed}. Elsewhere the optimum is not resolved, and only the best known "
+        "control can be compared with.\n\n"
         "Of the states at heel strike from which *some* control within the bounds walks on, the "
         f"open loop keeps {shares['open-loop']}, the LQR {shares['lqr']}, PPO {shares['ppo']}, and "
         f"the optimum or the best known {shares['optimal']} (in the order "

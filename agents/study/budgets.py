@@ -31,7 +31,12 @@ class Budget:
     #: Walks, starts, pushes and decisions are fewer by these factors for controllers that walk
     #: the map to decide; episodes are not. They would take minutes else.
     slow: Mapping[str, int] = field(
-        default_factory=lambda: {"look-ahead-1": 8, "look-ahead-2": 16, "look-ahead-3": 25}
+        default_factory=lambda: {
+            "look-ahead-1": 8,
+            "look-ahead-2": 16,
+            "look-ahead-3": 25,
+            "optimal": 8,
+        }
     )
 
     def of(self, controller: str) -> Budget:

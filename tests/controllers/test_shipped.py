@@ -28,7 +28,7 @@ from powered_walker_env.envs.registration import ENVIRONMENTS
 
 ROUND_FOOT, THESIS = "PoweredWalkerRoundFoot-v0", "PoweredWalker-v0"
 THERE = shipped_policies()
-CHANCE = 0.05  # share of the walks that another processor's rounding may end otherwise
+CHANCE = 0.05  # share of the walks that another processor's rounding may make other ones
 
 
 def test_the_files_are_those_declared() -> None:
@@ -51,9 +51,8 @@ def test_a_policy_walks_the_episodes_that_it_says(name: str) -> None:
     label, controller = load_controller(learner, task_of(env_id), env_id)
     assert label == LEARNERS[learner]
     found = evaluate(controller, env_id, len(first["strides"]), about["episode_seed"])
-    assert np.mean(found.strides != first["strides"]) <= CHANCE
-    same = found.strides == first["strides"]
-    np.testing.assert_allclose(found.returns[same], np.array(first["returns"])[same], atol=1e-3)
+    same = (found.strides == first["strides"]) & (np.abs(found.returns - first["returns"]) <= 1e-3)
+    assert np.mean(~same) <= CHANCE
 
 
 @pytest.mark.slow
@@ -80,8 +79,10 @@ def test_no_policy_beats_the_optimum_by_more_than_its_error(name: str) -> None:
 
 
 def test_the_optimum_is_resolved_where_pages_say_so() -> None:
-    known = {env_id for env_id in ENVIRONMENTS if Optimal(task_of(env_id)).found.resolved}
-    assert known == {ROUND_FOOT, THESIS, "PoweredWalkerKneed-v0"}
+    for env_id in ENVIRONMENTS:
+        assert Optimal(task_of(env_id)).found.resolved, env_id
+        rough = Optimal(task_of(env_id, disturbance="rough")).found
+        assert rough.resolved == (env_id != "PoweredWalkerAsPublished-v1"), env_id
 
 
 def test_the_environment_is_found_by_its_id_and_by_the_task() -> None:
