@@ -146,12 +146,11 @@ def basin_view(found: Prospect, check: Check) -> Basin:
         GaitNotFoundError: there is no gait to look around.
         ValueError: an optimum that walks the map to decide.
     """
-    gait = found.gait
-    if gait is None:
-        raise GaitNotFoundError("there is no gait to look around")
-    best = _optimum_of(found)
+    best, gait = _optimum_of(found), found.gait
     if best is not None and best.looks_ahead:
         raise ValueError("this optimum looks ahead: minutes")
+    if gait is None:
+        raise GaitNotFoundError("there is no gait to look around")
     plane = slice_through(gait, shape=(POINTS, POINTS))
     return basin(
         found.choice.params,
