@@ -106,5 +106,5 @@ class Supervisor(BaseCallback):
 
 
 def _merit(row: dict[str, Any]) -> tuple[float, float]:
-    """What makes a policy the best: strides survived, and among equals the return."""
-    return row["strides"], row["return"]
+    """What makes a policy the best: the return, as it is scored; among equals the strides."""
+    return row["return"], row["strides"]

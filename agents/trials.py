@@ -32,6 +32,7 @@ class Search:
     settings: Settings  # where it begins; a trial changes the hyperparameters
     seed: int = 0
     repeats: int = 1  # trainings of a trial, each with a seed of its own
+    objective: str = "return"  # or "strides": what is to be greatest
 
     def trained_with(self, repeat: int) -> tuple[int, int]:
         """Seeds of the training and of its evaluations."""
@@ -59,17 +60,22 @@ class _Watch(BaseCallback):
         run = self.search.settings
         policy = double_precision(self.model)
         walks = evaluate(policy, run.env_id, run.episodes, self.seed, **run.env_kwargs)
-        self.report(self.told, walks.mean_strides.mean)
+        means = {"return": walks.mean_return.mean, "strides": walks.mean_strides.mean}
+        found = means[self.search.objective]
+        self.report(self.told, found)
         self.told += 1
-        return walks.mean_strides.mean
+        return found
 
 
 def score(search: Search, values: dict[str, Any], trial: optuna.Trial | None = None) -> float:
-    """Strides that a learner's policies survive at the end of their trainings, in the mean.
+    """What a learner's policies walk at the end of their trainings, in the mean.
 
     Args:
         values: hyperparameters, as a file has them.
         trial: to tell how it goes.
+
+    Returns:
+        The search's objective: return or strides of an episode.
 
     Raises:
         optuna.TrialPruned: it lags behind, or its network came to be no number.
@@ -79,9 +85,9 @@ def score(search: Search, values: dict[str, Any], trial: optuna.Trial | None = N
     for repeat in range(search.repeats):
         training, evaluation = search.trained_with(repeat)
 
-        def report(count: int, strides: float, first: int = repeat * EVALUATIONS) -> None:
+        def report(count: int, found: float, first: int = repeat * EVALUATIONS) -> None:
             if trial is not None:
-                trial.report(strides, first + count)
+                trial.report(found, first + count)
                 if trial.should_prune():
                     raise optuna.TrialPruned
 

@@ -51,7 +51,7 @@ def search_on(search: Search, study: optuna.Study, trials: int) -> None:
     run = search.settings
     if "present" not in study.user_attrs:
         study.set_user_attr("present", score(search, run.hyperparameters))
-    print(f"present settings: {study.user_attrs['present']:.1f} strides", flush=True)
+    print(f"present settings: {search.objective} {study.user_attrs['present']:.1f}", flush=True)
 
     def objective(trial: optuna.Trial) -> float:
         values = chosen(run.algo, trial, run.n_envs, run.hyperparameters)
@@ -67,7 +67,7 @@ def search_on(search: Search, study: optuna.Study, trials: int) -> None:
         study.optimize(objective, n_trials=1)
         last = study.get_trials(states=_DONE)[-1]
         pruned = last.state is optuna.trial.TrialState.PRUNED
-        result = "broken off" if pruned else f"{last.value:.1f} strides"
+        result = "broken off" if pruned else f"{search.objective} {last.value:.1f}"
         known = [each.value or 0.0 for each in study.get_trials(states=_DONE[:1])]
         best = f", best {max(known):.1f}" if known else ""
         print(f"trial {done + 1} of {trials}: {result}{best}, "
@@ -129,7 +129,7 @@ def section_text(search: Search, study: optuna.Study) -> str:
     )
     count = len(study.get_trials(states=_DONE))
     return (
-        f"# {run.algo}: {best.value:.1f} strides; with the settings before, "
+        f"# {run.algo}: {search.objective} {best.value:.1f}; with the settings before, "
         f"{study.user_attrs['present']:.1f}. The best of {count} trials ({len(complete)} to their\n"
         f"# end) of {search.repeats} x {run.n_timesteps} strides, {seconds / 60:.0f} minutes; "
         f"python -m agents.tune --seed {search.seed}\n{lines}"
@@ -145,7 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )  # fmt: skip
     task_of(settings.env_id, **settings.env_kwargs)  # says what is wrong with them
     check_writable([options.out], options.overwrite)
-    search = Search(settings, options.seed, options.repeats)
+    search = Search(settings, options.seed, options.repeats, options.objective)
     name = (
         options.name or f"tune-{settings.algo}-{settings.env_id.rpartition(':')[2]}-{search.seed}"
     )
@@ -174,6 +174,10 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument("--algo", choices=SPACES, default="ppo", help="(default: %(default)s)")
     add_env_arguments(result, default=ROUND_FOOT)
+    result.add_argument(
+        "--objective", choices=("return", "strides"), default="return",
+        help="of an episode; what is to be greatest (default: %(default)s)",
+    )  # fmt: skip
     result.add_argument("--trials", type=positive_int, default=30, help="(default: %(default)s)")
     result.add_argument("--seed", type=natural_int, default=0, help="(default: %(default)s)")
     result.add_argument("--out", type=Path, required=True, metavar="FILE", help="of the winner")
