@@ -20,7 +20,7 @@ LADDER = {
     "tuned-open-loop": "none; least sensitive constant", "open-loop": "none; the gait's own",
 }  # fmt: skip
 LISTED = ("open-loop", "trial-open-loop", "numbers-2", "lqr", "look-ahead-1", "look-ahead-3",
-          "apg", "ppo", "sac", "tqc", "crossq", "optimal")  # fmt: skip
+          "apg", "cmaes", "ppo", "sac", "tqc", "crossq", "optimal")  # fmt: skip
 UNSEEN = 3.69  # falls that are none in one of 40 trials: -ln 0.025
 
 

@@ -58,7 +58,7 @@ FULL = Budget()
 #: The same code in half a minute, for tests: no result of it means anything.
 SMALL = Budget(
     env_ids=("PoweredWalkerRoundFoot-v0", "PoweredWalkerKneed-v0"),
-    controllers=("open-loop", "lqr", "optimal", "ppo", "apg", "sac"),
+    controllers=("open-loop", "lqr", "optimal", "ppo", "apg", "sac", "cmaes"),
     seeds=2,
     episodes=40,
     sweep_episodes=10,
@@ -70,6 +70,6 @@ SMALL = Budget(
     slice_points=7,
     resamples=100,
     strides={"ppo": 2048, "apg": 160, "sac": 1152, "ppo-default": 2048, "tqc": 1152,
-             "crossq": 1152},
+             "crossq": 1152, "cmaes": 20_000},
     training_episodes=5,
 )  # fmt: skip

@@ -23,7 +23,7 @@ CONTROLLERS = (
 )  # fmt: skip
 DEFAULT = "ppo-default"  # PPO as SB3 has it
 OFF_POLICY = ("sac", "tqc", "crossq")
-#: Trained by `agents.analytic_gradient` and `agents.train`.
+#: Trained by `agents.train`, `agents.analytic_gradient` and `agents.evolution`.
 LEARNERS = tuple(SHIPPED_LEARNERS)
 
 
@@ -101,11 +101,7 @@ LEFT_OUT = (
     LeftOut(
         OFF_POLICY, EVERYWHERE, (ROUGH,),
         "an off-policy training takes minutes of a core, and five of three learners on four "
-        "walkers more than the two hours; at this level PPO stands for the learners",
-    ),
-    LeftOut(
-        ("tqc", "crossq"), ("PoweredWalkerAsPublished-v1",), (LIGHT,),
-        "they take a minute of a core each; PPO and SAC stand for the learners there",
+        "walkers more than the two hours; at this level PPO and CMA-ES stand for the learners",
     ),
     LeftOut(
         ("apg",), EVERYWHERE, (ROUGH,),
@@ -124,6 +120,7 @@ _STAGES: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     (("apg",), (LIGHT,)),
     (("sac",), (LIGHT,)),
     (("ppo",), (ROUGH,)),
+    (("cmaes",), LEVELS),
     (("crossq", "tqc"), (LIGHT,)),
     ((DEFAULT,), (LIGHT,)),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable
 
+from agents.own_learners import OWN_LEARNERS
 from agents.study.budgets import FULL
 from agents.study.cells import LIGHT, Cell, cells
 
@@ -47,10 +48,9 @@ def command_of(cell: Cell) -> str:
         words = ["python", "-m", "agents.evaluate", cell.controller, "--env", cell.env_id]
         words += [] if cell.level == LIGHT else ["--disturbance", cell.level]
         return shlex.join([*words, "--episodes", str(FULL.episodes)])
-    module = "analytic_gradient" if cell.controller == "apg" else "train"
-    words = ["python", "-m", f"agents.{module}"]
-    if module == "train":
-        words += ["--algo", cell.algo]
+    own = OWN_LEARNERS.get(cell.controller)
+    words = ["python", "-m", f"agents.{own.module if own else 'train'}"]
+    words += [] if own else ["--algo", cell.algo]
     if cell.config:
         words += ["--config", f"configs/{cell.config}"]
     words += ["--env", cell.env_id, *(["--env-kwargs", *kwargs] if kwargs else [])]

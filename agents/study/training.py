@@ -1,7 +1,8 @@
-"""The training of a cell, by the machinery of `agents.train` and `agents.analytic_gradient`.
+"""The training of a cell, by the machinery of `agents.train` and `agents.own_training`.
 
 Its run is a folder like any other's. A training that was interrupted goes on from its checkpoint,
-bit for bit; by gradients, which keep none, and one whose settings have changed, it begins again.
+bit for bit; by our own learners, which keep none, and one whose settings have changed, it begins
+again.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents import analytic_gradient, learner
+from agents import own_training
 from agents import train as train_module
 from agents.command import CONFIGS
 from agents.configuration import Settings, read_settings
+from agents.own_learners import OWN_LEARNERS
 from agents.runs import CHECKPOINT, EVALUATIONS, run_folder, write_json
 from agents.study.budgets import Budget
 from agents.study.cells import Cell
@@ -67,17 +69,20 @@ def trained(cell: Cell, budget: Budget, runs: Path) -> Training:
         began = time.process_time()
         with own_pickles():
             strides, resumed = (
-                _by_gradients(settings, folder)
-                if isinstance(settings, learner.Settings)
-                else _by_sb3(settings, folder)
+                _by_sb3(settings, folder)
+                if isinstance(settings, Settings)
+                else _by_own(cell.controller, settings, folder)
             )
         seconds = time.process_time() - began
         write_json(done, {"strides": strides, "seconds": seconds, "resumed": resumed})
     return Training(folder, curve=_curve(folder), **json.loads(done.read_text(encoding="utf-8")))
 
 
-def settings_of(cell: Cell, budget: Budget) -> Settings | learner.Settings:
+def settings_of(cell: Cell, budget: Budget) -> Any:
     """What a cell's training needs: its configuration file's, but for the budget's strides.
+
+    Returns:
+        The `Settings` of `agents.configuration`, or those of one of our own learners.
 
     Raises:
         ValueError: a cell that does not learn, an unknown algorithm.
@@ -85,10 +90,13 @@ def settings_of(cell: Cell, budget: Budget) -> Settings | learner.Settings:
     if not cell.learns:
         raise ValueError(f"cell must be a learner's to be trained, got {cell.name!r}")
     kwargs, strides = dict(cell.env_kwargs), budget.strides.get(cell.controller)
-    if cell.controller == "apg":
+    if cell.controller in OWN_LEARNERS:
         changes: dict[str, Any] = {"episodes": budget.training_episodes}
         changes |= {} if strides is None else {"n_timesteps": strides}
-        return learner.read_settings(cell.env_id, changes, seed=cell.seed, env_kwargs=kwargs)
+        return own_training.read_settings(
+            OWN_LEARNERS[cell.controller].settings, cell.controller, cell.env_id, changes,
+            seed=cell.seed, env_kwargs=kwargs,
+        )  # fmt: skip
     config = CONFIGS / cell.config if cell.config else None
     return read_settings(
         cell.algo, cell.env_id, config,
@@ -111,11 +119,12 @@ def _by_sb3(settings: Settings, folder: Path) -> tuple[int, bool]:
     return int(done.num_timesteps), resume
 
 
-def _by_gradients(settings: learner.Settings, folder: Path) -> tuple[int, bool]:
-    found, _ = analytic_gradient.train(settings, folder, overwrite=True, quiet=True)
-    if found.strides + found.strides_per_update <= settings.n_timesteps:
+def _by_own(name: str, settings: Any, folder: Path) -> tuple[int, bool]:
+    learner = OWN_LEARNERS[name].learner(settings)
+    own_training.train(learner, folder, overwrite=True, quiet=True)
+    if not learner.finished:
         raise KeyboardInterrupt(f"the training {folder.name} was asked to stop")
-    return found.strides, False
+    return learner.strides, False
 
 
 def _curve(folder: Path) -> dict[str, list[float]]:

@@ -8,7 +8,7 @@ an environment pays for merely walking.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from powered_walker_env.controllers.controller import as_controller
+from powered_walker_env.controllers.controller import Controller, as_controller
 from powered_walker_env.envs.registration import make_walkers
 from powered_walker_env.envs.task import Task
 from powered_walker_env.envs.vector import PoweredWalkerVectorEnv
@@ -108,17 +108,40 @@ def evaluate(
     if not isinstance(episodes, int | np.integer) or episodes < 1:
         raise ValueError(f"episodes must be a positive integer, got {episodes!r}")
     envs, name = walkers_of(env, int(episodes), **env_kwargs)
-    limit = envs.max_episode_steps
-    if limit is None:
-        raise ValueError(f"environment {name!r} must have max_episode_steps, or episodes never end")
+    walked = walk_episodes(asked, envs, seed)
+    met = {kind: size for kind, size in dataclasses.asdict(envs.task.disturbance).items() if size}
+    return Evaluation(name, dict(env_kwargs), met, seed, _limit_of(envs), *walked)
+
+
+class Episodes(NamedTuple):
+    """What N episodes came to, (N,) each."""
+
+    strides: NDArray[np.int64]  # walked
+    returns: NDArray[np.float64]
+    outcomes: NDArray[np.int64]  # of the last stride
+
+
+def walk_episodes(
+    controller: Controller, envs: PoweredWalkerVectorEnv, seed: int | Sequence[int | None]
+) -> Episodes:
+    """One episode of every walker, to its fall or its limit.
+
+    Args:
+        envs: with a limit of steps; walkers that fell neither draw nor move.
+        seed: of walker 0, the others following; or one for each.
+
+    Raises:
+        ValueError: no limit; actions of a wrong shape or not finite.
+    """
+    limit = _limit_of(envs)
     observation, _ = envs.reset(seed=seed)
-    memory, fresh = None, np.ones(episodes, np.bool_)
-    strides, returns = np.zeros(episodes, np.int64), np.zeros(episodes)
-    outcomes = np.full(episodes, WALKED)
-    going = np.ones(episodes, np.bool_)
+    count = envs.num_envs
+    memory, fresh = None, np.ones(count, np.bool_)
+    strides, returns = np.zeros(count, np.int64), np.zeros(count)
+    outcomes = np.full(count, WALKED)
+    going = np.ones(count, np.bool_)
     for _ in range(limit):
-        actions, memory = asked.predict(observation, memory, fresh, deterministic=True)
-        # Those that fell are left out: they neither draw nor move.
+        actions, memory = controller.predict(observation, memory, fresh, deterministic=True)
         wanted = _checked(actions, envs.action_space.shape)
         result = envs.walkers.step(wanted, None if going.all() else going)
         observation = result.observation
@@ -126,11 +149,16 @@ def evaluate(
         returns[going] += result.reward[going]
         outcomes[going] = result.info["outcome"][going]
         going &= ~result.terminated
-        fresh = np.zeros(episodes, np.bool_)
+        fresh = np.zeros(count, np.bool_)
         if not going.any():
             break
-    met = {kind: size for kind, size in dataclasses.asdict(envs.task.disturbance).items() if size}
-    return Evaluation(name, dict(env_kwargs), met, seed, limit, strides, returns, outcomes)
+    return Episodes(strides, returns, outcomes)
+
+
+def _limit_of(envs: PoweredWalkerVectorEnv) -> int:
+    if envs.max_episode_steps is None:
+        raise ValueError("the environment must have max_episode_steps, or episodes never end")
+    return envs.max_episode_steps
 
 
 def _checked(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:

@@ -31,6 +31,7 @@ LEARNERS = {
     "sac": "SAC",
     "tqc": "TQC",
     "crossq": "CrossQ",
+    "cmaes": "CMA-ES",
 }
 
 

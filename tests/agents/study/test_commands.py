@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import analytic_gradient, evaluate, train
+from agents import analytic_gradient, evaluate, evolution, train
 from agents.study import command
 from agents.study.budgets import FULL
 from agents.study.cells import cells
@@ -17,6 +17,7 @@ from agents.study.commands import command_of, page
 README = Path(__file__).parents[3] / "agents" / "README.md"
 PARSERS = {
     "agents.analytic_gradient": analytic_gradient.parser,
+    "agents.evolution": evolution.parser,
     "agents.evaluate": evaluate.parser,
     "agents.train": train.parser,
     "agents.study": command.parser,

@@ -8,24 +8,22 @@ walked them, their first-order models tell what it would do.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from agents.command import CONFIGS, read_yaml
 from agents.configuration import check_numbers
 from agents.segments import Segment, segment_loss, walk_segment
 from powered_walker_env.controllers import Network
-from powered_walker_env.envs.task import Task
+from powered_walker_env.controllers.evaluation import task_of
 from powered_walker_env.model.powering import MOTOR
 
+ALGO = "apg"
 FAR = 7.0  # scaled deviation from which a walker starts anew: nothing there can be saved
 CLIP = 1.0  # of the gradient's norm: the step map multiplies, and so does a walk of it
-_GIVEN = ("env_id", "seed", "env_kwargs")  # settings that no file has
 MOMENTA = (0.9, 0.99)  # of Adam; gradients of walks differ in size from one to the next
 
 
@@ -68,34 +66,15 @@ class Settings:
             )
 
 
-def read_settings(
-    env_id: str,
-    changes: Mapping[str, Any] | None = None,
-    *,
-    seed: int = 0,
-    env_kwargs: Mapping[str, Any] | None = None,
-) -> Settings:
-    """The settings that `configs/apg.yml` has for an environment, some of them changed.
-
-    Raises:
-        ValueError: an unknown key or a bad value.
-    """
-    values = read_yaml(CONFIGS / "apg.yml").get(env_id.rpartition(":")[2], {}) | dict(changes or {})
-    known = [item.name for item in fields(Settings) if item.name not in _GIVEN]
-    unknown = [key for key in values if key not in known]
-    if unknown:
-        raise ValueError(f"unknown key {unknown[0]!r}; known are {', '.join(known)}")
-    return Settings(env_id, seed, env_kwargs=dict(env_kwargs or {}), **values)
-
-
-class Learner:
+class GradientLearner:
     """Walkers, their policy, and the walks remembered.
 
     Raises:
         ValueError: disturbances other than pushes, or a gait of several strides.
     """
 
-    def __init__(self, settings: Settings, task: Task) -> None:
+    def __init__(self, settings: Settings) -> None:
+        task = task_of(settings.env_id, **settings.env_kwargs)
         others = [kind for kind, size in vars(task.disturbance).items() if size and kind != "push"]
         if others:
             raise ValueError(
@@ -120,9 +99,10 @@ class Learner:
         self._now = self._starts()
 
     @property
-    def strides_per_update(self) -> int:
-        """Strides from one `update` to the next."""
-        return self.settings.n_envs * self.settings.n_steps
+    def finished(self) -> bool:
+        """Whether no further segment fits into the strides."""
+        more = self.settings.n_envs * self.settings.n_steps
+        return self.strides + more > self.settings.n_timesteps
 
     def update(self) -> float:
         """Walk on, then learn; the mean cost of a walk."""
