@@ -9,9 +9,9 @@ Floating-point operations are counted by formula, additions and multiplications 
 - the optimum's table: linear interpolation over the 2³ corners, 2·8·k and 7 of their weights, and
   the locked swing to the section, less than a whole stride: `STRIDE` is an upper bound; where its
   policy looks ahead, for each control tried a stride more and its swings, pushed and not;
-- look-ahead by n strides: at most the 1 + 3ᵏ plans and n − 1 strides that it begins with, and in
-  each iteration n strides with derivatives, each as much as `DERIVATIVES` without, and the
-  halvings of n more; the algebra between them is not counted;
+- look-ahead by n strides: at most the 1 + 7ᵏ plans that it begins with, each walked twice but for
+  its last stride, and in each iteration n strides with derivatives, each as much as `DERIVATIVES`
+  without, and the halvings of n more; the algebra between them is not counted;
 - any other controller says it itself, by an attribute `flops`, or nobody knows.
 """
 
@@ -27,10 +27,10 @@ import numpy as np
 from agents.study.loops import landing_plane
 from agents.study.subject import Subject
 from powered_walker_env.controllers import Network, Optimal
+from powered_walker_env.controllers.look_ahead import HALVINGS, ITERATIONS, LEVELS
 from powered_walker_env.poincare.stochastic.tables import NEAR
 
 DERIVATIVES = 5  # strides that one with derivatives costs (docs/results.md)
-ITERATIONS, HALVINGS = 6, 4  # of the look-ahead, at most
 STRIDE = 73_000  # of a stride by the kernel: 248 evaluations, 20 steps (docs/results.md)
 SWINGS = 7  # to the section, pushed and not, after a stride of the optimum that looks ahead
 SEED = 60_000  # of the observations
@@ -79,8 +79,8 @@ def _of_table(controller: Optimal) -> int:
 
 def _of_look_ahead(controller: Any) -> int:
     n, k = int(controller.strides), len(controller.lqr.gain)
-    plans: int = 1 + 3**k
-    begin = plans * n + n - 1
+    plans: int = 1 + LEVELS**k
+    begin = plans * (2 * n - 1)
     return STRIDE * (begin + ITERATIONS * (DERIVATIVES + HALVINGS) * n)
 
 

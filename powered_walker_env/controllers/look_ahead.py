@@ -7,8 +7,9 @@ action bounds. Q is 1 and R small where nothing is said: x'x is d² of the rewar
 weights that are tuned for the regulator's walks make up for what it does not know of the map.
 
 Gauss and Newton's method with the exact derivatives of the strides, projected on the bounds, from
-the best of the regulator's actions and the constant ones at corners, edges and middle of the range.
-A walk that falls costs more than any other, the more the sooner; where all fall alike, the
+the best of some plans: the first action the regulator's or one of a grid over the range, the others
+the regulator's. The method is local, and its cost has narrow valleys: a coarser grid finds worse
+ones. A walk that falls costs more than any other, the more the sooner; where all fall alike, the
 regulator's action is taken.
 """
 
@@ -30,6 +31,7 @@ from powered_walker_env.simulation.strides import Array, stride_batch
 MOST_STRIDES = 8
 ACTION_COST = 0.01  # of the squared action, 1 at its bound, beside d²
 FALL = 1e12  # what each stride not walked costs: above any sum of squares
+LEVELS = 7  # of each number of the first action, that plans begin with
 ITERATIONS = 6
 HALVINGS = 4  # of a step that does not bring the cost down
 PASSES = 3  # in which variables of a step are laid on their bounds
@@ -56,10 +58,8 @@ class LookAhead:
         #: The regulator of the same costs.
         self.lqr: LQR = LQR(task, state_cost, action_cost)
         self._task, self._k = task, len(task.nominal)
-        levels = itertools.product((-1.0, 0.0, 1.0), repeat=self._k)
-        self._constant: Array = np.repeat(
-            np.array(list(levels))[:, np.newaxis], self.strides, axis=1
-        )
+        levels = itertools.product(np.linspace(-1.0, 1.0, LEVELS), repeat=self._k)
+        self._grid: Array = np.array(list(levels))
 
     def predict(self, observation: Any, *_: Any, deterministic: bool = True) -> tuple[Array, None]:
         """The first actions of those planned."""
@@ -102,15 +102,16 @@ class LookAhead:
         return np.where(on[:, np.newaxis], (batch.state - task.gait[0]) / task.scale, 0.0), on
 
     def _start(self, observations: Array) -> tuple[Array, Array]:
-        """The best plan of the regulator's and the constant ones; the regulator's if all equal."""
-        count, x = len(observations), observations
-        own, on = np.zeros((count, self.strides, self._k)), np.ones(count, np.bool_)
-        for i in range(self.strides):
-            own[:, i] = self.lqr.predict(x)[0]
-            if i < self.strides - 1:
-                x, on = self._stride(x, own[:, i], on)
-        plans = np.concatenate([own, *(np.tile(plan, (count, 1, 1)) for plan in self._constant)])
-        several = 1 + len(self._constant)
+        """The best of the plans to begin with; the regulator's own if all are alike."""
+        count, several = len(observations), 1 + len(self._grid)
+        first = np.repeat(self._grid[:, np.newaxis], count, axis=1)
+        first = np.concatenate([self.lqr.predict(observations)[0][np.newaxis], first])
+        x, on = np.tile(observations, (several, 1)), np.ones(several * count, np.bool_)
+        plans = np.zeros((several * count, self.strides, self._k))
+        plans[:, 0] = first.reshape(-1, self._k)
+        for i in range(1, self.strides):
+            x, on = self._stride(x, plans[:, i - 1], on)
+            plans[:, i] = self.lqr.predict(x)[0]
         costs = self.cost(np.tile(observations, (several, 1)), plans).reshape(several, count)
         # Walks that fall are told apart by the strides they walked alone.
         best = np.argmin(np.where(costs < FALL, costs, FALL * np.floor(costs / FALL)), axis=0)

@@ -68,11 +68,10 @@ def test_one_stride_ahead_is_the_least_of_all_actions(env_id: str) -> None:
     good = np.isfinite(least)
     np.testing.assert_allclose(costs[good], exact_cost(look, task, x, plans)[good], rtol=1e-9)
     assert (costs[good] < FALL).all()
-    # The search is local, and its steps bounded: a narrow valley is not followed to its end, least
-    # of all where the range of actions is as wide as that of the as-published walker.
-    wide = env_id == "PoweredWalkerAsPublished-v1"
-    assert (costs[good] <= 1.02 * least[good]).mean() >= (0.4 if wide else 0.75)
-    assert (costs[good] <= (1.25 if wide else 1.2) * least[good]).all()
+    # The search is local, and its steps bounded: a narrow valley is not followed to its end.
+    wide = env_id == "PoweredWalkerAsPublished-v1"  # a range of actions three times as wide
+    assert (costs[good] <= 1.02 * least[good]).mean() >= (0.6 if wide else 0.9)
+    assert (costs[good] <= 1.1 * least[good]).all()
 
 
 @EACH
