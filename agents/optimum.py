@@ -7,11 +7,10 @@ controller to `agents.evaluate`. The tables that come with the package were made
     python -m agents.optimum --env ID --env-kwargs disturbance:rough --out FILE.npz
 
 with `--shape 72 30 8` on the thesis's walker and as published under rough pushes, `--shape 96 40 8`
-as published under light ones, `--shape 24 --calm 0.005` on round feet under rough pushes (three to
-six minutes of one core of a server of 2026 each), `--push-points 5 5 --calm 0.005` on round feet
-under light ones, and with the default with knees: 48 x 20 x 6 nodes where the map is far from
-normal, 18 x 18 x 18 where it is not. The last three were made when pushes were still carried to
-first order and summed by Gauss and Hermite: made anew, they are other files.
+as published under light ones, `--shape 24 --calm 0.005` on round feet under rough pushes, `--calm
+0.005` there under light ones, and with the default with knees: 48 x 20 x 6 nodes where the map is
+far from normal, 18 x 18 x 18 where it is not. Three to six minutes of one core of a server of 2026
+each.
 """
 
 from __future__ import annotations
