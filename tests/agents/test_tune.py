@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,19 @@ def test_the_winner_can_be_trained(
     value = float(text.split("return ")[1].split(";")[0])
     search = Search(read_settings(algo, ROUND_FOOT, tmp_path / "best.yml", episodes=3))
     assert score(search, settings.hyperparameters) == pytest.approx(value, abs=0.051)
+
+
+def test_strides_can_be_what_is_to_be_greatest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(command(tmp_path, "ppo", "--trials", "1", "--objective", "strides"))
+    assert "present settings: strides " in capsys.readouterr().out
+    text = (tmp_path / "best.yml").read_text()
+    search = Search(read_settings("ppo", ROUND_FOOT, tmp_path / "best.yml", episodes=3))
+    values = search.settings.hyperparameters
+    walked = score(dataclasses.replace(search, objective="strides"), values)
+    assert text.startswith(f"# ppo: strides {walked:.1f}; ")
+    assert walked > score(search, values)  # a stride earns less than 1
 
 
 def test_a_stopped_search_goes_on_as_if_it_had_not_been(

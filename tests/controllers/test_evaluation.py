@@ -22,7 +22,7 @@ from powered_walker_env.controllers import (
     paired_difference,
     share_estimate,
 )
-from powered_walker_env.controllers.evaluation import task_of, walkers_of
+from powered_walker_env.controllers.evaluation import task_of, walk_episodes, walkers_of
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
 OWN = "OwnWalker-v0"
@@ -118,6 +118,17 @@ def test_a_walker_that_never_falls_walks_to_the_limit() -> None:
     assert result.ends() == {"walked": 3}
     assert result.disturbance == {}
     np.testing.assert_allclose(result.returns, 100, atol=1e-3)
+
+
+def test_walkers_with_the_same_seed_walk_the_same_episode() -> None:
+    envs, _ = walkers_of(ROUND_FOOT, 4)
+    walked = walk_episodes(OpenLoop(), envs, [7, 8, 7, 8])
+    assert walked.strides[:2].tolist() == walked.strides[2:].tolist()
+    assert walked.returns[:2].tolist() == walked.returns[2:].tolist()
+    alone = evaluate(OpenLoop(), ROUND_FOOT, 2, 7)
+    np.testing.assert_array_equal(walked.strides[:2], alone.strides)
+    with pytest.raises(ValueError, match="must have max_episode_steps, or episodes never end"):
+        walk_episodes(OpenLoop(), PoweredWalkerVectorEnv(2), 0)
 
 
 def test_every_episode_ends_somehow() -> None:
