@@ -20,11 +20,12 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
+from filelock import FileLock, Timeout
 
 from powered_walker_env.controllers import Evaluation
 from powered_walker_env.files import write_text
@@ -37,6 +38,28 @@ RUNS = Path("runs")
 CONFIG, VERSIONS, EVALUATIONS = "config.yml", "versions.json", "evaluations.csv"
 CHECKPOINT = "checkpoint.zip"
 History = list[dict[str, Any]]
+
+
+@contextlib.contextmanager
+def alone(lock: Path, what: str) -> Iterator[None]:
+    """Be the only one who does it, as long as the block runs.
+
+    Args:
+        lock: a file, made if it is not there.
+        what: is going on, for the message: "a study is running in FOLDER".
+
+    Raises:
+        ValueError: another process holds the lock.
+    """
+    held = FileLock(lock)
+    try:
+        held.acquire(blocking=False)
+    except Timeout:
+        raise ValueError(f"{what} already; wait for it, or choose another place") from None
+    try:
+        yield
+    finally:
+        held.release()
 
 
 def run_folder(name: str, runs: Path = RUNS) -> Path:

@@ -12,6 +12,7 @@ chooses as if it had not been.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shlex
 import sys
 import time
@@ -32,7 +33,7 @@ from agents.command import (
     positive_int,
 )  # fmt: skip
 from agents.configuration import read_settings, study_seeds
-from agents.runs import RUNS, run_folder
+from agents.runs import RUNS, alone, run_folder
 from agents.search_space import SPACES, chosen
 from agents.train import TORCH_THREADS
 from agents.trials import FIRST_SEED, Search, optuna, score
@@ -72,6 +73,13 @@ def search_on(search: Search, study: optuna.Study, trials: int) -> None:
         best = f", best {max(known):.1f}" if known else ""
         print(f"trial {done + 1} of {trials}: {result}{best}, "
               f"{time.monotonic() - began:.0f} s", flush=True)  # fmt: skip
+
+
+def _alone(storage: str) -> contextlib.AbstractContextManager[None]:
+    """One process at a time goes on with a journal: each would break off the other's trial."""
+    if "://" in storage:
+        return contextlib.nullcontext()
+    return alone(Path(f"{storage}.busy"), f"a search goes on in {storage!r}")
 
 
 def open_study(search: Search, storage: str) -> optuna.Study:
@@ -157,7 +165,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"{settings.algo} on {settings.env_id}, {options.trials} trials, in {storage}", flush=True
     )
     try:
-        search_on(search, study, options.trials)
+        with _alone(storage):
+            search_on(search, study, options.trials)
     except KeyboardInterrupt:
         command = shlex.join(["python", "-m", "agents.tune", *(arguments or sys.argv[1:])])
         raise KeyboardInterrupt(f"interrupted; go on: {command}") from None

@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from filelock import FileLock, Timeout
-
-from agents.runs import provenance
+from agents.runs import alone, provenance
 from agents.study.budgets import Budget
 from agents.study.cells import Cell
 from agents.study.measures import measured
@@ -67,19 +65,10 @@ def run_study(
         ValueError: a folder of another study, or one in which a study is running.
     """
     open_study(plan.out, plan.budget)
-    lock = FileLock(plan.out / LOCK)
-    try:
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise ValueError(
-            f"a study is running in {str(plan.out)!r} already; wait for it, or choose another --out"
-        ) from None
-    try:
+    with alone(plan.out / LOCK, f"a study is running in {str(plan.out)!r}"):
         left = [cell for cell in every if not is_done(plan.out, cell)]
         work = functools.partial(run_cell, plan=plan)
         return run_pieces(work, left, jobs=jobs, progress=progress) if left else []
-    finally:
-        lock.release()
 
 
 def run_cell(cell: Cell, plan: Plan) -> End:

@@ -7,6 +7,7 @@ import itertools
 from pathlib import Path
 from typing import Any
 
+import filelock
 import pytest
 import yaml
 
@@ -167,6 +168,16 @@ def test_silly_arguments_are_named(
     assert exit_status(lambda: main(command(tmp_path, "ppo", "--trials", "1", *more))) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "best.yml").exists()
+
+
+def test_two_processes_do_not_go_on_with_one_search(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "search").mkdir()
+    with filelock.FileLock(tmp_path / "search" / "trials.log.busy"):
+        assert exit_status(lambda: main(command(tmp_path, "ppo", "--trials", "1"))) == 2
+    assert "a search goes on in" in capsys.readouterr().err
+    main(command(tmp_path, "ppo", "--trials", "1"))
 
 
 def test_another_search_in_the_storage_is_refused(
