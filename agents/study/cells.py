@@ -104,6 +104,15 @@ LEFT_OUT = (
         "walkers more than the two hours; at this level PPO and CMA-ES stand for the learners",
     ),
     LeftOut(
+        ("tqc",), ("PoweredWalkerAsPublished-v1",), (LIGHT,),
+        "a search of its settings found no more there than SAC has; a minute of a core each",
+    ),
+    LeftOut(
+        ("cmaes",), ("PoweredWalker-v0", "PoweredWalkerAsPublished-v1"), (ROUGH,),
+        "where hardly any walk is long a training takes three minutes of a core: there is little "
+        "to win as published, and PPO leaves little on the thesis's walker",
+    ),
+    LeftOut(
         ("apg",), EVERYWHERE, (ROUGH,),
         "its first-order models of walks hold for pushes as small as the light ones",
     ),
