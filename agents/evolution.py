@@ -19,7 +19,7 @@ from agents.own_training import own_parser, run_command
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    return own_parser("evolution", ALGO, __doc__)
+    return own_parser("evolution", ALGO, __doc__, resumes=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

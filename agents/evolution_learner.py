@@ -94,6 +94,8 @@ class EvolutionLearner:
         options = {"popsize": settings.population, "randn": self._draw, "seed": math.nan,
                    "verbose": -9}  # fmt: skip
         self._strategy = cma.CMAEvolutionStrategy(np.zeros(size), settings.spread, options)
+        self._kept: list[Array] = []  # of each generation: returns, strides, falls
+        self._recalled: list[Array] = []  # of those to come, of a training that was stopped
 
     @property
     def finished(self) -> bool:
@@ -105,15 +107,25 @@ class EvolutionLearner:
         run = self.settings
         candidates = self._strategy.ask()
         first = int(self._rng.integers(2**31))
-        seeds = [first + i for i in range(run.walks)] * run.population
-        crowd = Crowd(self._layers(np.array(candidates)), self._metric)
-        walked = walk_episodes(crowd, self._walkers, seeds)
-        falls = int((walked.outcomes != WALKED).sum())
-        self.strides += int(walked.strides.sum()) + falls
-        self.falls += falls
-        returns = walked.returns.reshape(run.population, run.walks).mean(axis=1)
+        found = self._recalled.pop(0) if self._recalled else self._walked(candidates, first)
+        self._kept.append(found)
+        returns, (strides, falls) = found[: run.population], found[run.population :]
+        self.strides += int(strides)
+        self.falls += int(falls)
         self._strategy.tell(candidates, (-returns).tolist())
         return float(returns.mean())
+
+    def kept(self) -> Array:
+        """(generations, population + 2) of each the returns, and strides and falls in all."""
+        return np.array(self._kept).reshape(len(self._kept), self.settings.population + 2)
+
+    def recall(self, kept: Array) -> None:
+        """Take these for the walks of the generations to come: drawn alike, they are the same."""
+        if kept.ndim != 2 or kept.shape[1] != self.settings.population + 2:
+            raise ValueError(f"the returns kept have the shape {kept.shape}: of another training")
+        if not np.isfinite(kept).all():
+            raise ValueError("the returns kept must be finite: the file is damaged; begin again")
+        self._recalled = list(kept)
 
     def network(self) -> Network:
         """The policy as it is now: the mean of the distribution."""
@@ -123,6 +135,16 @@ class EvolutionLearner:
         (weights, biases), last = layers
         about = {"algo": "CMA-ES", "env_id": run.env_id, "seed": run.seed, "steps": self.strides}
         return Network([(weights @ self._metric, biases), last], settings=about)
+
+    def _walked(self, candidates: list[Array], first: int) -> Array:
+        """The mean return of each candidate; strides and falls of all of them."""
+        run = self.settings
+        crowd = Crowd(self._layers(np.array(candidates)), self._metric)
+        seeds = [first + i for i in range(run.walks)] * run.population
+        walked = walk_episodes(crowd, self._walkers, seeds)
+        falls = (walked.outcomes != WALKED).sum()
+        returns = walked.returns.reshape(run.population, run.walks).mean(axis=1)
+        return np.array([*returns, walked.strides.sum() + falls, falls])
 
     def _layers(self, numbers: Array) -> list[tuple[Array, Array]]:
         """Weights and biases of candidates (n, size), in the stride metric."""

@@ -2,7 +2,8 @@
 
 A learner walks and learns a little at a time until it has walked its strides. Its policy is
 evaluated and saved on the way, and the evaluations choose nothing: what counts is the policy at
-the end. Everything goes to `runs/NAME/`. Ctrl-C ends a training early and keeps what there is.
+the end. Everything goes to `runs/NAME/`. Ctrl-C ends a training early and keeps what there is; a
+learner that can, goes on from there bit for bit.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
+import numpy as np
 import torch
 from tqdm import tqdm
 
@@ -29,9 +31,11 @@ from agents.command import (
 from agents.configuration import EVALUATIONS as LEARNING_CURVE
 from agents.configuration import study_seeds
 from agents.runs import (
+    CONFIG,
     EVALUATIONS,
     RUNS,
     History,
+    config_text,
     create_run,
     evaluate_command,
     evaluation_row,
@@ -41,7 +45,10 @@ from agents.runs import (
 from agents.train import TORCH_THREADS
 from powered_walker_env.controllers import Network, evaluate, save_network
 from powered_walker_env.controllers.loading import POLICY
+from powered_walker_env.files import written_aside
+from powered_walker_env.simulation.strides import Array
 
+KEPT = "updates.npy"  # of a run: what its learner has learned from
 _GIVEN = ("env_id", "seed", "env_kwargs")  # settings that no file has
 SettingsT = TypeVar("SettingsT")
 
@@ -64,19 +71,41 @@ class OwnLearner(Protocol):
         """The policy as it is now."""
 
 
+@runtime_checkable
+class Recalls(Protocol):
+    """A learner that goes through a stopped training again without walking it, and then on."""
+
+    def kept(self) -> Array:
+        """(updates, numbers) what it has learned from."""
+
+    def recall(self, kept: Array) -> None:
+        """Take these for the walks of the updates to come.
+
+        Raises:
+            ValueError: numbers of another training.
+        """
+
+
 def train(
-    learner: OwnLearner, folder: Path, *, overwrite: bool = False, quiet: bool = False
-) -> History:
+    learner: OwnLearner, folder: Path, *, overwrite: bool = False, resume: bool = False,
+    quiet: bool = False,
+) -> History:  # fmt: skip
     """Train; everything lands in `folder`.
+
+    Args:
+        resume: go on with the run that is there, of the same settings.
 
     Returns:
         The evaluations on the way.
 
     Raises:
-        ValueError: a run that exists.
+        ValueError: a run that exists; none to go on with, or one of other settings.
     """
     torch.set_num_threads(TORCH_THREADS)
-    create_run(folder, learner.settings, overwrite=overwrite)
+    if resume:
+        _recall(learner, folder)
+    else:
+        create_run(folder, learner.settings, overwrite=overwrite)
     history: History = []
     asked: list[bool] = []
     total = learner.settings.n_timesteps
@@ -95,10 +124,28 @@ def train(
     return history
 
 
+def _recall(learner: OwnLearner, folder: Path) -> None:
+    if not isinstance(learner, Recalls):
+        raise ValueError("this learner cannot go on with a run; begin again, with overwrite")
+    try:
+        config = (folder / CONFIG).read_text(encoding="utf-8")
+        kept = np.load(folder / KEPT, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise ValueError(f"{str(folder)!r} is no run to go on with: {error}") from error
+    if config != config_text(learner.settings):
+        raise ValueError(
+            f"{str(folder)!r} is a run of other settings; go on with its own, or replace it"
+        )
+    learner.recall(kept)
+
+
 def _note(learner: OwnLearner, history: History, folder: Path, quiet: bool) -> None:
     """Evaluate, save the policy, and say so."""
     run, network = learner.settings, learner.network()
     save_network(network, folder / POLICY)
+    if isinstance(learner, Recalls):
+        with written_aside(folder / KEPT) as aside, aside.open("wb") as file:
+            np.save(file, learner.kept(), allow_pickle=False)
     if history and history[-1]["steps"] == learner.strides:
         return
     seed = study_seeds(run.seed)[1]
@@ -132,8 +179,14 @@ def read_settings(
     return kind(env_id, seed, env_kwargs=dict(env_kwargs or {}), **values)
 
 
-def own_parser(module: str, algo: str, description: str | None) -> argparse.ArgumentParser:
-    """The command line of such a learner."""
+def own_parser(
+    module: str, algo: str, description: str | None, *, resumes: bool = False
+) -> argparse.ArgumentParser:
+    """The command line of such a learner.
+
+    Args:
+        resumes: whether it goes on with stopped runs.
+    """
     result = argparse.ArgumentParser(prog=f"python -m agents.{module}", description=description)
     add_env_arguments(result)
     result.add_argument("--name", help=f"of the run (default: {algo}-ENV-SEED)")
@@ -150,7 +203,12 @@ def own_parser(module: str, algo: str, description: str | None) -> argparse.Argu
         help=f"in place of those of configs/{algo}.yml",
     )
     result.add_argument("--runs", type=Path, default=RUNS, help="where runs go (default: runs)")
-    result.add_argument("--overwrite", action="store_true", help="replace the run NAME")
+    choice = result.add_mutually_exclusive_group()
+    choice.add_argument("--overwrite", action="store_true", help="replace the run NAME")
+    if resumes:
+        choice.add_argument(
+            "--resume", action="store_true", help="go on with the run NAME, of the same settings"
+        )
     return result
 
 
@@ -174,11 +232,13 @@ def run_command(
     folder, learner = run_folder(name, options.runs), learner_of(settings)
     print(f"{algo} on {settings.env_id}, seed {settings.seed}, in {folder}")
     began = time.monotonic()
-    train(learner, folder, overwrite=options.overwrite)
+    resumes = "resume" in options
+    train(learner, folder, overwrite=options.overwrite, resume=resumes and options.resume)
     seconds = time.monotonic() - began
     print(f"{learner.strides:,} strides, {learner.falls:,} falls, {seconds:.0f} s")
     print(f"evaluate it: {evaluate_command(folder, settings.env_id, settings.env_kwargs)}")
     if not learner.finished:
         raise KeyboardInterrupt(
             f"stopped early, of {settings.n_timesteps:,} strides; the policy is what it was then"
+            + ("; the same command with --resume goes on" if resumes else "")
         )

@@ -1,8 +1,7 @@
 """The training of a cell, by the machinery of `agents.train` and `agents.own_training`.
 
 Its run is a folder like any other's. A training that was interrupted goes on from its checkpoint,
-bit for bit; by our own learners, which keep none, and one whose settings have changed, it begins
-again.
+bit for bit; by gradients, which keep none, and one whose settings have changed, it begins again.
 """
 
 from __future__ import annotations
@@ -120,11 +119,22 @@ def _by_sb3(settings: Settings, folder: Path) -> tuple[int, bool]:
 
 
 def _by_own(name: str, settings: Any, folder: Path) -> tuple[int, bool]:
-    learner = OWN_LEARNERS[name].learner(settings)
-    own_training.train(learner, folder, overwrite=True, quiet=True)
+    def done(resume: bool) -> own_training.OwnLearner:
+        learner = OWN_LEARNERS[name].learner(settings)
+        own_training.train(learner, folder, overwrite=not resume, resume=resume, quiet=True)
+        return learner
+
+    resume = (folder / own_training.KEPT).is_file()
+    try:
+        learner = done(resume)
+    except ValueError:
+        if not resume:
+            raise
+        resume = False  # a damaged file, or one of other settings
+        learner = done(resume)
     if not learner.finished:
         raise KeyboardInterrupt(f"the training {folder.name} was asked to stop")
-    return learner.strides, False
+    return learner.strides, resume
 
 
 def _curve(folder: Path) -> dict[str, list[float]]:

@@ -104,6 +104,44 @@ def test_ctrl_c_keeps_what_there_is(
     assert load_network(tmp_path / "cut" / "policy.npz").predict(np.ones((1, 4)))[0].any()
 
 
+def test_a_stopped_training_goes_on_bit_for_bit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--runs", str(tmp_path), "--steps", "25000", "--hyperparams", "walks:8", "episodes:5"]
+    main([*words, "--name", "whole"])
+    update = EvolutionLearner.update
+
+    def interrupted(self: EvolutionLearner) -> float:
+        if len(self.kept()) == 2:
+            signal.raise_signal(signal.SIGINT)
+        return update(self)
+
+    monkeypatch.setattr(EvolutionLearner, "update", interrupted)
+    assert exit_status(lambda: main([*words, "--name", "cut"])) == 130
+    assert "with --resume goes on" in capsys.readouterr().err
+    monkeypatch.undo()
+    walked: list[int] = []
+    monkeypatch.setattr(
+        EvolutionLearner, "_walked",
+        lambda self, *args, walk=EvolutionLearner._walked: walked.append(1) or walk(self, *args),
+    )  # fmt: skip
+    main([*words, "--name", "cut", "--resume"])
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    for name in ("policy.npz", "evaluations.csv", "updates.npy"):
+        assert (whole / name).read_bytes() == (cut / name).read_bytes()
+    assert len(walked) == len(np.load(whole / "updates.npy")) - 3  # three were kept
+    with pytest.raises(ValueError, match="is a run of other settings"):
+        main([*words, "--name", "cut", "--resume", "--seed", "1"])
+    with pytest.raises(ValueError, match="is no run to go on with"):
+        main([*words, "--name", "nowhere", "--resume"])
+    np.save(cut / "updates.npy", np.zeros((2, 5)))
+    with pytest.raises(ValueError, match="of another training"):
+        main([*words, "--name", "cut", "--resume"])
+    (cut / "updates.npy").write_bytes(b"x")
+    with pytest.raises(ValueError, match="is no run to go on with"):
+        main([*words, "--name", "cut", "--resume"])
+
+
 def test_the_command_trains_and_says_what_it_did(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -112,7 +150,7 @@ def test_the_command_trains_and_says_what_it_did(
     printed = capsys.readouterr().out
     assert "cmaes on PoweredWalkerRoundFoot-v0" in printed and " falls, " in printed
     folder = tmp_path / f"cmaes-{ROUND_FOOT}-0"
-    written = {"config.yml", "versions.json", "evaluations.csv", "policy.npz"}
+    written = {"config.yml", "versions.json", "evaluations.csv", "policy.npz", "updates.npy"}
     assert {path.name for path in folder.iterdir()} == written
     with pytest.raises(ValueError, match="exists; choose another name, replace it"):
         main(arguments)

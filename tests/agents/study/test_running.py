@@ -12,6 +12,7 @@ import filelock
 import numpy as np
 import pytest
 
+from agents.own_training import KEPT
 from agents.study import running
 from agents.study.budgets import SMALL, Budget
 from agents.study.cells import Cell, cells
@@ -102,6 +103,19 @@ def test_an_interrupted_training_goes_on_bit_for_bit(tmp_path: Path) -> None:
         assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
     # Once it has come to its end it is not trained again.
     assert trained(cell, TINY, tmp_path / "cut") == again
+
+
+def test_an_evolution_goes_on_from_what_it_kept_unless_that_is_damaged(tmp_path: Path) -> None:
+    cell = a_cell("cmaes")
+    whole = trained(cell, TINY, tmp_path)
+    assert whole.strides >= 20_000 and not whole.resumed
+    (whole.folder / "trained.json").unlink()
+    again = trained(cell, TINY, tmp_path)
+    assert again.resumed and (again.strides, again.curve) == (whole.strides, whole.curve)
+    (whole.folder / "trained.json").unlink()
+    (whole.folder / KEPT).write_bytes(b"x")
+    anew = trained(cell, TINY, tmp_path)
+    assert not anew.resumed and anew.curve == whole.curve
 
 
 def test_a_training_of_other_settings_begins_again(tmp_path: Path) -> None:
