@@ -93,7 +93,7 @@ def test_an_interrupted_training_goes_on_bit_for_bit(tmp_path: Path) -> None:
     cell = a_cell("ppo")
     settings = settings_of(cell, TINY)
     whole = trained(cell, TINY, tmp_path / "whole")
-    cut = train(settings, tmp_path / "cut" / cell.name, stop_at=1024, quiet=True)  # type: ignore[arg-type]
+    cut = train(settings, tmp_path / "cut" / cell.name, stop_at=1024, quiet=True)
     assert cut.stopped
     again = trained(cell, TINY, tmp_path / "cut")
     assert again.resumed and not whole.resumed
@@ -120,8 +120,8 @@ def test_an_evolution_goes_on_from_what_it_kept_unless_that_is_damaged(tmp_path:
 
 def test_a_training_of_other_settings_begins_again(tmp_path: Path) -> None:
     cell = a_cell("ppo")
-    other = dataclasses.replace(settings_of(cell, TINY), n_timesteps=3072)  # type: ignore[type-var]
-    train(other, tmp_path / cell.name, stop_at=1024, quiet=True)  # type: ignore[arg-type]
+    other = dataclasses.replace(settings_of(cell, TINY), n_timesteps=3072)
+    train(other, tmp_path / cell.name, stop_at=1024, quiet=True)
     assert not trained(cell, TINY, tmp_path).resumed
 
 
