@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,6 @@ import numpy as np
 import pytest
 import torch
 
-from agents.analytic_gradient import main
-from agents.command import exit_status
 from agents.gradient_learner import ALGO, GradientLearner, Settings
 from agents.own_training import read_settings, train
 from agents.segments import Segment, segment_loss, walk_segment
@@ -147,18 +144,6 @@ def test_it_begins_as_the_open_loop_and_walks_no_stride_too_many() -> None:
     assert learner.network().predict(observations)[0].any()
 
 
-def test_the_same_seed_gives_the_same_policy(tmp_path: Path) -> None:
-    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        train(GradientLearner(replace(SMALL, seed=seed)), tmp_path / name, quiet=True)
-    first, second, other = (load_network(tmp_path / name / "policy.npz") for name in "abc")
-    for k, (weights, biases) in enumerate(first.layers):
-        np.testing.assert_array_equal(weights, second.layers[k][0])
-        np.testing.assert_array_equal(biases, second.layers[k][1])
-    assert (first.layers[0][0] != other.layers[0][0]).any()
-    rows = [(tmp_path / name / "evaluations.csv").read_text() for name in "ab"]
-    assert rows[0] == rows[1]
-
-
 def test_the_network_is_the_policy_and_knows_its_derivative(tmp_path: Path) -> None:
     learner = GradientLearner(replace(SMALL, seed=1))
     for _ in range(3):
@@ -186,58 +171,3 @@ def test_the_laboratory_takes_the_policy_as_it_is() -> None:
     moved = [task.gait[0] + sign * h * np.eye(4)[2] for sign in (1, -1)]
     ahead, back = closed(np.array(moved))
     np.testing.assert_allclose(point.by_state[:, 2], (ahead - back) / (2 * h), atol=1e-4)
-
-
-def test_ctrl_c_keeps_what_there_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    update = GradientLearner.update
-
-    def interrupted(self: GradientLearner) -> float:
-        signal.raise_signal(signal.SIGINT)
-        return update(self)
-
-    monkeypatch.setattr(GradientLearner, "update", interrupted)
-    arguments = ["--runs", str(tmp_path), "--name", "cut", "--hyperparams", "episodes:5"]
-    assert exit_status(lambda: main(arguments)) == 130
-    assert "stopped early" in capsys.readouterr().err
-    assert load_network(tmp_path / "cut" / "policy.npz").predict(np.ones((1, 4)))[0].any()
-
-
-def test_the_command_trains_and_says_what_it_did(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["--runs", str(tmp_path), "--steps", "160", "--hyperparams", "episodes:5"]
-    main(arguments)
-    printed = capsys.readouterr().out
-    assert "160 strides, " in printed
-    folder = tmp_path / f"apg-{ROUND_FOOT}-0"
-    written = {"config.yml", "versions.json", "evaluations.csv", "policy.npz"}
-    assert {path.name for path in folder.iterdir()} == written
-    with pytest.raises(ValueError, match="exists; choose another name, replace it"):
-        main(arguments)
-    main([*arguments, "--overwrite"])
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--env", "CartPole-v1"], "env must be a PoweredWalkerEnv|environment 'CartPole-v1'"),
-        (["--name", "../x"], "name must be letters"),
-        (["--hyperparams", "walkers:3"], "unknown key 'walkers'; known are n_timesteps"),
-        (["--hyperparams", "n_envs:0"], "n_envs must be a positive integer, got 0"),
-        (["--hyperparams", "n_envs:2.5"], "n_envs must be a positive integer, got 2.5"),
-        (["--hyperparams", "seed:3"], "unknown key 'seed'"),
-        (["--hyperparams", "learning_rate:.nan"], "learning_rate must be a positive number"),
-        (["--hyperparams", "state_cost:[1, 2]"], "state_cost must be four numbers"),
-        (["--steps", "10"], "n_timesteps must be at least n_envs times n_steps"),
-        (["--env-kwargs", "disturbance:light-ground"], "pushes alone, got .* of ground"),
-    ],
-)
-def test_silly_arguments_are_named(
-    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        main([*arguments, "--runs", str(tmp_path)])
-    assert not any(tmp_path.iterdir())
-    assert exit_status(lambda: main([*arguments, "--runs", str(tmp_path)])) == 2

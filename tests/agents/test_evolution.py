@@ -14,7 +14,7 @@ from agents.evolution import main
 from agents.evolution_learner import ALGO, Crowd, EvolutionLearner, Settings
 from agents.own_training import read_settings, train
 from powered_walker_env import ENVIRONMENTS
-from powered_walker_env.controllers import OpenLoop, evaluate, load_controller, load_network
+from powered_walker_env.controllers import OpenLoop, evaluate, load_controller
 from powered_walker_env.controllers.evaluation import task_of
 
 ROUND_FOOT = "PoweredWalkerRoundFoot-v0"
@@ -70,38 +70,11 @@ def test_it_learns_on_the_ground_where_the_open_loop_falls(tmp_path: Path) -> No
     assert learnt.mean_return.mean > 3 * baseline.mean_return.mean
 
 
-def test_the_same_seed_gives_the_same_policy(tmp_path: Path) -> None:
-    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        train(EvolutionLearner(replace(SMALL, seed=seed)), tmp_path / name, quiet=True)
-        np.random.seed(len(name))  # noqa: NPY002 # whoever else draws numbers changes nothing
-    first, second, other = (load_network(tmp_path / name / "policy.npz") for name in "abc")
-    for k, (weights, biases) in enumerate(first.layers):
-        np.testing.assert_array_equal(weights, second.layers[k][0])
-        np.testing.assert_array_equal(biases, second.layers[k][1])
-    assert (first.layers[0][0] != other.layers[0][0]).any()
-
-
 def test_any_scheme_disturbance_and_reward_will_do() -> None:
     kwargs = {"preset": "hip-torque", "disturbance": "light-ground", "reward": "contraction"}
     learner = EvolutionLearner(replace(SMALL, env_kwargs=kwargs))
     learner.update()
     assert evaluate(learner.network(), ROUND_FOOT, 5, **kwargs).strides.max() > 0
-
-
-def test_ctrl_c_keeps_what_there_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    update = EvolutionLearner.update
-
-    def interrupted(self: EvolutionLearner) -> float:
-        signal.raise_signal(signal.SIGINT)
-        return update(self)
-
-    monkeypatch.setattr(EvolutionLearner, "update", interrupted)
-    arguments = ["--runs", str(tmp_path), "--name", "cut", "--hyperparams", "walks:8", "episodes:5"]
-    assert exit_status(lambda: main(arguments)) == 130
-    assert "stopped early" in capsys.readouterr().err
-    assert load_network(tmp_path / "cut" / "policy.npz").predict(np.ones((1, 4)))[0].any()
 
 
 def test_a_stopped_training_goes_on_bit_for_bit(
@@ -142,43 +115,7 @@ def test_a_stopped_training_goes_on_bit_for_bit(
         main([*words, "--name", "cut", "--resume"])
 
 
-def test_the_command_trains_and_says_what_it_did(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["--runs", str(tmp_path), "--steps", "1000", "--hyperparams", "walks:8"]
-    main(arguments)
-    printed = capsys.readouterr().out
-    assert "cmaes on PoweredWalkerRoundFoot-v0" in printed and " falls, " in printed
-    folder = tmp_path / f"cmaes-{ROUND_FOOT}-0"
-    written = {"config.yml", "versions.json", "evaluations.csv", "policy.npz", "updates.npy"}
-    assert {path.name for path in folder.iterdir()} == written
-    with pytest.raises(ValueError, match="exists; choose another name, replace it"):
-        main(arguments)
-
-
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_has_its_settings(env_id: str) -> None:
     settings = read_settings(Settings, ALGO, env_id)
     assert settings.n_timesteps >= 1_000_000 and settings.metric
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--env", "CartPole-v1"], "env must be a PoweredWalkerEnv|environment 'CartPole-v1'"),
-        (["--name", "../x"], "name must be letters"),
-        (["--hyperparams", "walkers:3"], "unknown key 'walkers'; known are n_timesteps"),
-        (["--hyperparams", "hidden:0"], "hidden must be a positive integer, got 0"),
-        (["--hyperparams", "population:3"], "population must be at least 4, got 3"),
-        (["--hyperparams", "spread:.nan"], "spread must be a positive number"),
-        (["--hyperparams", "metric:maybe"], "metric must be true or false, got 'maybe'"),
-        (["--env-kwargs", "disturbance:hurricane"], "disturbance must be one of"),
-    ],
-)
-def test_silly_arguments_are_named(
-    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        main([*arguments, "--runs", str(tmp_path)])
-    assert not any(tmp_path.iterdir())
-    assert exit_status(lambda: main([*arguments, "--runs", str(tmp_path)])) == 2
