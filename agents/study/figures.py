@@ -131,7 +131,7 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
     found = {name: values for name, values in found.items() if len(values)}
     if not found:
         return None
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     axes = figure.subplots()
     turn = np.linspace(0, 2 * np.pi, 200)
     axes.plot(np.cos(turn), np.sin(turn), color=GREY, linewidth=0.8)
@@ -144,7 +144,7 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
         )  # fmt: skip
         tables[name] = {"real": values[:, 0], "imaginary": values[:, 1]}
     reach = SPREAD * max(1.0, *(float(np.abs(values).max()) for values in found.values()))
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=env_id,
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1, title=env_id,
              xlabel="real part of a multiplier", ylabel="imaginary part")  # fmt: skip
     _key(axes)
     first = next(iter(tables))
@@ -153,8 +153,8 @@ def multipliers(groups: Groups, env_id: str) -> Drawing | None:
 
 @styled
 def actions(groups: Groups, env_id: str) -> Drawing | None:
-    """Decisions over a slice of the state space: the optimum's, a regulator's, a learner's."""
-    wanted = [name for name in (OPTIMAL, "lqr", "ppo", "sac") if name in groups]
+    """Decisions over a slice of the state space: the optimum's, a regulator's, learners'."""
+    wanted = [name for name in (OPTIMAL, "lqr", "ppo", "sac", "cmaes") if name in groups]
     shown = {name: groups[name][0] for name in wanted if groups[name][0].get("decided", "axis")}
     if not shown:
         return None
@@ -171,9 +171,9 @@ def actions(groups: Groups, env_id: str) -> Drawing | None:
             image = panels[j, k].pcolormesh(axis, axis, values, cmap="RdBu", vmin=-1, vmax=1)
             columns[f"{name}_{j}"] = np.ravel(values)
         panels[0, k].set_title(name)
-        panels[-1, k].set_xlabel("stance angle")
     for j in range(kinds):
         panels[j, 0].set_ylabel(f"{some.get('decided', 'numbers')[j]}:\nstance rate")
+    figure.supxlabel("stance angle")
     figure.colorbar(image, ax=panels, label="action")
     figure.suptitle(f"{env_id}: deviations from the gait, as observed", fontsize=9.5)
     return Drawing(figure, columns)

@@ -101,7 +101,7 @@ def test_another_task_is_refused() -> None:
 @pytest.mark.parametrize("name", shipped_policies())
 def test_what_comes_with_the_package_goes_into_plain_sb3(name: str) -> None:
     network, about = load_network(FOLDER / name), shipped_policies()[name]
-    algo = {"apg": "ppo", "ppo-default": "ppo"}.get(about["learner"], about["learner"])
+    algo = about["learner"] if about["learner"] in ("sac", "tqc", "crossq") else "ppo"
     model = sb3_model(network, PoweredWalkerVecEnv(about["env_id"], 1), algo)
     x = np.random.default_rng(0).normal(size=(50, 4)).astype(np.float32)
     np.testing.assert_allclose(
