@@ -110,8 +110,8 @@ def computation(study: Study, bodies: dict[str, Any]) -> str:
     for env_id, label in WALKERS.items():
         some = points(study, env_id)
         steps = []
-        for limit, words in ((0, "no operation"), (16, "up to 16"), (20_000, "up to 20,000"),
-                             (float("inf"), "any number")):  # fmt: skip
+        for limit, words in ((0, "no operation"), (16, "up to 16"), (200, "up to 200"),
+                             (20_000, "up to 20,000"), (float("inf"), "any number")):  # fmt: skip
             within = [(time, name) for flops, time, name in some if flops <= limit]
             if within:
                 best = max(within)[1]
@@ -124,8 +124,9 @@ def computation(study: Study, bodies: dict[str, Any]) -> str:
     ]
     own = bodies[THESIS]
     return (
-        "**A well chosen constant, then a gain of two or three numbers, then a small network; and "
-        "before all of them, on the thesis's legs, a better body.** Mean strides to a fall under "
+        "**A well chosen constant, then a gain of two or three numbers, then a network of eight "
+        "units; and before all of them, on the thesis's legs, a better body.** Mean strides to a "
+        "fall under "
         "`light` pushes, by the floating-point operations that a stride may take:\n\n"
         + "\n".join(lines)
         + "\n\n"
