@@ -108,9 +108,10 @@ def evaluate(
     if not isinstance(episodes, int | np.integer) or episodes < 1:
         raise ValueError(f"episodes must be a positive integer, got {episodes!r}")
     envs, name = walkers_of(env, int(episodes), **env_kwargs)
+    limit = _limit_of(envs, f"environment {name!r}")
     walked = walk_episodes(asked, envs, seed)
     met = {kind: size for kind, size in dataclasses.asdict(envs.task.disturbance).items() if size}
-    return Evaluation(name, dict(env_kwargs), met, seed, _limit_of(envs), *walked)
+    return Evaluation(name, dict(env_kwargs), met, seed, limit, *walked)
 
 
 class Episodes(NamedTuple):
@@ -133,7 +134,7 @@ def walk_episodes(
     Raises:
         ValueError: no limit; actions of a wrong shape or not finite.
     """
-    limit = _limit_of(envs)
+    limit = _limit_of(envs, "envs")
     observation, _ = envs.reset(seed=seed)
     count = envs.num_envs
     memory, fresh = None, np.ones(count, np.bool_)
@@ -155,9 +156,9 @@ def walk_episodes(
     return Episodes(strides, returns, outcomes)
 
 
-def _limit_of(envs: PoweredWalkerVectorEnv) -> int:
+def _limit_of(envs: PoweredWalkerVectorEnv, name: str) -> int:
     if envs.max_episode_steps is None:
-        raise ValueError("the environment must have max_episode_steps, or episodes never end")
+        raise ValueError(f"{name} must have max_episode_steps, or episodes never end")
     return envs.max_episode_steps
 
 
