@@ -37,6 +37,8 @@ STARTS, SEED = 2000, 0
 STRIDES = 100  # that a start must walk to count as kept
 POINTS = 45  # of the plane along each axis
 SEARCH: dict[str, Any] = {"grid": 9, "width": 16, "depth": 12}
+#: Where controllers keep starts that all controls of the coarser grid lose.
+FINER: dict[str, dict[str, Any]] = {"PoweredWalkerKneed-v0": {"grid": 11}}
 Array = NDArray[np.float64]
 Marks = NDArray[np.bool_]
 
@@ -64,7 +66,7 @@ def saved_and_kept(env_id: str, policies: Path, starts: int = STARTS, points: in
     controllers = {name: load_controller(source, task, env_id)[1]
                    for name, source in names.items()}  # fmt: skip
     fates, drawn = (
-        _fates(task, gait, states, controllers, {**SEARCH, **search})
+        _fates(task, gait, states, controllers, {**SEARCH, **FINER.get(env_id, {}), **search})
         for states in (inside, landed(gait, plane))
     )
     return {
