@@ -23,13 +23,6 @@ from powered_walker_env.controllers.evaluation import WALKED, walk_episodes, wal
 from powered_walker_env.controllers.metric import stride_metric
 from powered_walker_env.simulation.strides import Array
 
-try:
-    import cma
-except ImportError as error:
-    raise ImportError(
-        "agents.evolution needs cma; install it: pip install 'powered-walker-env[train]'"
-    ) from error
-
 ALGO = "cmaes"
 INPUTS = 4  # observations
 
@@ -90,6 +83,9 @@ class EvolutionLearner:
         self.strides = self.falls = 0
         self._rng = np.random.default_rng(settings.seed)
         size = settings.hidden * (INPUTS + 1) + self._actions * (settings.hidden + 1)
+        # Here, since it loads pyplot, which takes seconds and chooses a backend for all.
+        import cma
+
         # Its own random numbers: numpy's global ones belong to nobody.
         options = {"popsize": settings.population, "randn": self._draw, "seed": math.nan,
                    "verbose": -9}  # fmt: skip
