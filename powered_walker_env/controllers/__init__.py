@@ -18,15 +18,13 @@
 from powered_walker_env.controllers.comparison import comparison, comparison_text
 from powered_walker_env.controllers.controller import Controller, FunctionController, OpenLoop
 from powered_walker_env.controllers.deadbeat import Deadbeat, DeadbeatAnswer, deadbeat_answer
-from powered_walker_env.controllers.evaluation import (
-    EPISODE_SEED,
+from powered_walker_env.controllers.estimates import (
     Estimate,
-    Evaluation,
-    evaluate,
     mean_estimate,
     paired_difference,
     share_estimate,
 )
+from powered_walker_env.controllers.evaluation import EPISODE_SEED, Evaluation, evaluate
 from powered_walker_env.controllers.few_numbers import (
     FewNumbers,
     FewNumbersLoop,

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from powered_walker_env.controllers.evaluation import (
+from powered_walker_env.controllers.estimates import (
     METHOD,
     SHARE_METHOD,
-    WALKED,
     Estimate,
-    Evaluation,
     paired_difference,
     share_estimate,
 )
+from powered_walker_env.controllers.evaluation import WALKED, Evaluation
 from powered_walker_env.controllers.optimal import OPTIMUM_NAME
 from powered_walker_env.controllers.scores import OPEN_LOOP_NAME, normalised_score
 from powered_walker_env.model.phases import Outcome

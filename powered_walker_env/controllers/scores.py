@@ -12,14 +12,8 @@ from typing import Any
 import numpy as np
 
 from powered_walker_env.controllers.controller import OpenLoop
-from powered_walker_env.controllers.evaluation import (
-    EPISODE_SEED,
-    RESAMPLES,
-    Estimate,
-    Evaluation,
-    evaluate,
-    walkers_of,
-)
+from powered_walker_env.controllers.estimates import RESAMPLES, Estimate
+from powered_walker_env.controllers.evaluation import EPISODE_SEED, Evaluation, evaluate, walkers_of
 from powered_walker_env.controllers.optimal import OPTIMUM_NAME, Optimal
 from powered_walker_env.poincare import Optimum
 
